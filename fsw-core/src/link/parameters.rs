@@ -1,0 +1,400 @@
+//! Parameter blocks: everything the flight software is told before it is armed. They are the flight software's own
+//! belief of planet, air and vehicle, and the settings of every algorithm. SI units and radians.
+//!
+//! The same structs make the [`crate::config::Config`] tree; each has flight defaults and a range check there.
+
+use postcard::experimental::max_size::MaxSize;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::planet::Planet;
+
+/// Rows of the Mach table of the aerodynamics, at most.
+pub const MAX_AERO_ROWS: usize = 32;
+/// Rows of the atmosphere table, at most.
+pub const MAX_ATMOSPHERE_ROWS: usize = 64;
+/// Table rows in one block.
+pub const ROWS_PER_BLOCK: usize = 4;
+
+/// One parameter block as it travels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ParameterBlock {
+    /// Algorithms to run.
+    Modes(Modes),
+    /// Planet.
+    Planet(Planet),
+    /// Vehicle.
+    Vehicle(VehicleParameters),
+    /// Rows of the Mach table.
+    AeroRows(AeroRows),
+    /// Atmosphere.
+    Atmosphere(AtmosphereParameters),
+    /// Rows of the atmosphere table.
+    AtmosphereRows(AtmosphereRows),
+    /// Target.
+    Target(Target),
+    /// Parachute trigger.
+    Deploy(DeployParameters),
+    /// One radio source.
+    Source {
+        /// Slot, 0 to `MAX_SOURCES` − 1.
+        slot: u8,
+        /// What it is.
+        source: RadioSource,
+    },
+    /// Initial knowledge.
+    InitialKnowledge(InitialKnowledge),
+    /// Filter settings.
+    Navigation(NavigationParameters),
+    /// Guidance settings.
+    Guidance(GuidanceParameters),
+    /// Limits of load, heat flux and dynamic pressure.
+    Constraints(ConstraintParameters),
+    /// Bank control.
+    Control(ControlParameters),
+}
+
+/// Names one block, for read-back and refusals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BlockId {
+    /// [`ParameterBlock::Modes`]
+    Modes,
+    /// [`ParameterBlock::Planet`]
+    Planet,
+    /// [`ParameterBlock::Vehicle`]
+    Vehicle,
+    /// [`ParameterBlock::AeroRows`], the block that starts at this row.
+    AeroRows(u8),
+    /// [`ParameterBlock::Atmosphere`]
+    Atmosphere,
+    /// [`ParameterBlock::AtmosphereRows`], the block that starts at this row.
+    AtmosphereRows(u8),
+    /// [`ParameterBlock::Target`]
+    Target,
+    /// [`ParameterBlock::Deploy`]
+    Deploy,
+    /// [`ParameterBlock::Source`], by slot.
+    Source(u8),
+    /// [`ParameterBlock::InitialKnowledge`]
+    InitialKnowledge,
+    /// [`ParameterBlock::Navigation`]
+    Navigation,
+    /// [`ParameterBlock::Guidance`]
+    Guidance,
+    /// [`ParameterBlock::Constraints`]
+    Constraints,
+    /// [`ParameterBlock::Control`]
+    Control,
+}
+
+/// Which algorithm of each kind flies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Modes {
+    /// Navigation.
+    pub navigation: NavigationMode,
+    /// Guidance.
+    pub guidance: GuidanceMode,
+    /// Parachute trigger.
+    pub trigger: TriggerKind,
+}
+
+/// Navigation algorithms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NavigationMode {
+    /// Error-state extended Kalman filter around the strapdown solution.
+    #[default]
+    Ekf,
+    /// Strapdown alone.
+    DeadReckoning,
+    /// The truth packet. Simulation only.
+    Ideal,
+}
+
+/// Guidance algorithms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum GuidanceMode {
+    /// The predictor-corrector of P4.
+    #[default]
+    Paper,
+}
+
+/// What fires the parachute.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TriggerKind {
+    /// Planet-relative speed.
+    #[default]
+    Speed,
+    /// Range: the target lies abeam.
+    Range,
+}
+
+/// The vehicle as the flight software believes it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct VehicleParameters {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Aerodynamic reference area, m².
+    pub reference_area_m2: f64,
+    /// Nose radius, m.
+    pub nose_radius_m: f64,
+    /// Drag coefficient, used when the Mach table is empty.
+    pub drag_coefficient: f64,
+    /// Lift-to-drag ratio, used when the Mach table is empty.
+    pub lift_to_drag: f64,
+    /// Trim angle of attack, rad; negative is nose below the velocity, lift up at zero bank.
+    pub trim_angle_of_attack_rad: f64,
+}
+
+/// One row of the Mach table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AeroRow {
+    /// Mach number.
+    pub mach: f64,
+    /// Drag coefficient.
+    pub drag_coefficient: f64,
+    /// Lift coefficient.
+    pub lift_coefficient: f64,
+}
+
+/// Up to four rows of the Mach table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AeroRows {
+    /// Index of the first row here; a multiple of [`ROWS_PER_BLOCK`].
+    pub start: u8,
+    /// Rows of the whole table.
+    pub total: u8,
+    /// The rows; those beyond `total` are ignored.
+    pub rows: [AeroRow; ROWS_PER_BLOCK],
+}
+
+/// The air as the flight software believes it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AtmosphereParameters {
+    /// Density at the reference altitude, kg/m³; the exponential law is used when the table is empty.
+    pub reference_density_kgpm3: f64,
+    /// Reference altitude, m.
+    pub reference_altitude_m: f64,
+    /// Scale height, m.
+    pub scale_height_m: f64,
+    /// Temperature, K, for the speed of sound; used when the table is empty.
+    pub temperature_k: f64,
+    /// Specific gas constant, J/(kg·K).
+    pub gas_constant_jpkgk: f64,
+    /// Ratio of specific heats.
+    pub heat_ratio: f64,
+}
+
+/// One row of the atmosphere table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AtmosphereRow {
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// Density, kg/m³.
+    pub density_kgpm3: f64,
+    /// Temperature, K.
+    pub temperature_k: f64,
+}
+
+/// Up to four rows of the atmosphere table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AtmosphereRows {
+    /// Index of the first row here; a multiple of [`ROWS_PER_BLOCK`].
+    pub start: u8,
+    /// Rows of the whole table.
+    pub total: u8,
+    /// The rows; those beyond `total` are ignored.
+    pub rows: [AtmosphereRow; ROWS_PER_BLOCK],
+}
+
+/// Where the parachute should open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Target {
+    /// Longitude, rad.
+    pub longitude_rad: f64,
+    /// Planetocentric latitude, rad.
+    pub latitude_rad: f64,
+}
+
+/// Parachute trigger, deploy limits and the last-chance floor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DeployParameters {
+    /// Trigger speed of the speed trigger, planet-relative, m/s; also where the predictor stops.
+    pub speed_mps: f64,
+    /// Range trigger: lowest speed; below it the parachute fires at once, m/s.
+    pub window_min_speed_mps: f64,
+    /// Range trigger: highest speed, m/s.
+    pub window_max_speed_mps: f64,
+    /// Below this altitude the parachute fires whatever the trigger says, m.
+    pub floor_altitude_m: f64,
+    /// Lowest altitude of the deploy box, m.
+    pub min_altitude_m: f64,
+    /// Highest altitude of the deploy box, m.
+    pub max_altitude_m: f64,
+    /// Lowest Mach number of the deploy box.
+    pub min_mach: f64,
+    /// Highest Mach number of the deploy box.
+    pub max_mach: f64,
+    /// Lowest dynamic pressure of the deploy box, Pa.
+    pub min_dynamic_pressure_pa: f64,
+    /// Highest dynamic pressure of the deploy box, Pa.
+    pub max_dynamic_pressure_pa: f64,
+}
+
+/// A source of radio ranges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RadioSource {
+    /// The slot is empty.
+    #[default]
+    None,
+    /// An orbiter, by its inertial state at t = 0, propagated on board with J2.
+    Orbiter {
+        /// Inertial position at t = 0, m.
+        position_m: [f64; 3],
+        /// Inertial velocity at t = 0, m/s.
+        velocity_mps: [f64; 3],
+    },
+    /// A beacon fixed to the surface.
+    Beacon {
+        /// Longitude, rad.
+        longitude_rad: f64,
+        /// Planetocentric latitude, rad.
+        latitude_rad: f64,
+        /// Altitude over the reference sphere, m.
+        altitude_m: f64,
+    },
+}
+
+/// What the navigator knows at the entry epoch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct InitialKnowledge {
+    /// Inertial position, m.
+    pub position_m: [f64; 3],
+    /// Inertial velocity, m/s.
+    pub velocity_mps: [f64; 3],
+    /// Attitude body → inertial, quaternion (w, x, y, z).
+    pub attitude: [f64; 4],
+    /// Standard deviation of the position per axis, m.
+    pub position_sigma_m: f64,
+    /// Standard deviation of the velocity per axis, m/s.
+    pub velocity_sigma_mps: f64,
+    /// Standard deviation of the attitude per axis, rad.
+    pub attitude_sigma_rad: f64,
+}
+
+/// Settings of the error-state filter: what it believes of its sensors and of the air.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NavigationParameters {
+    /// Accelerometer bias, 1σ, m/s².
+    pub accelerometer_bias_sigma_mps2: f64,
+    /// Accelerometer scale factor, 1σ.
+    pub accelerometer_scale_sigma: f64,
+    /// Accelerometer misalignment, 1σ, rad.
+    pub accelerometer_misalignment_sigma_rad: f64,
+    /// Accelerometer white noise, (m/s²)/√Hz.
+    pub accelerometer_noise: f64,
+    /// Gyro bias, 1σ, rad/s.
+    pub gyro_bias_sigma_radps: f64,
+    /// Gyro scale factor, 1σ.
+    pub gyro_scale_sigma: f64,
+    /// Angle random walk, rad/√s.
+    pub gyro_noise: f64,
+    /// Density against the onboard model: 1σ of its logarithm.
+    pub log_density_sigma: f64,
+    /// Correlation length of the density error in altitude, m.
+    pub log_density_length_m: f64,
+    /// Pressure: scale error, 1σ (consider).
+    pub pressure_scale_sigma: f64,
+    /// Pressure: offset, 1σ, Pa (consider).
+    pub pressure_offset_sigma_pa: f64,
+    /// Pressure: white noise, 1σ, as a fraction of the reading.
+    pub pressure_noise: f64,
+    /// Pressure is used above this dynamic pressure, Pa.
+    pub pressure_min_dynamic_pa: f64,
+    /// Range: white noise, 1σ, m.
+    pub range_noise_m: f64,
+    /// Range-rate: white noise, 1σ, m/s.
+    pub range_rate_noise_mps: f64,
+    /// Radio sources below this elevation are not used, rad.
+    pub min_elevation_rad: f64,
+    /// A measurement whose innovation exceeds this many standard deviations is gated.
+    pub gate_sigma: f64,
+}
+
+/// Settings of the guidance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct GuidanceParameters {
+    /// Step of the predictor, s.
+    pub predictor_step_s: f64,
+    /// Longest predicted flight, s.
+    pub prediction_horizon_s: f64,
+    /// Predicted miss at which the corrector stops, m.
+    pub tolerance_m: f64,
+    /// Second point of the secant, added to the first bank, rad (P4: 30–50°).
+    pub bank_increment_rad: f64,
+    /// Corrector iterations of a cycle, at most; predictor calls are bounded by `MAX_PREDICTIONS` besides.
+    pub max_iterations: u8,
+    /// Smallest commanded bank magnitude in range control, rad.
+    pub min_bank_rad: f64,
+    /// Largest commanded bank magnitude in range control, rad.
+    pub max_bank_rad: f64,
+    /// Heading-offset threshold, constant part, m.
+    pub threshold_constant_m: f64,
+    /// Heading-offset threshold, part linear in speed, m per m/s.
+    pub threshold_linear_s: f64,
+    /// Heading-offset threshold, part quadratic in speed, m per (m/s)².
+    pub threshold_quadratic_s2pm: f64,
+    /// Sensed load at which range control begins, m/s².
+    pub range_control_load_mps2: f64,
+    /// Heading alignment begins below this planet-relative speed, m/s.
+    pub alignment_speed_mps: f64,
+    /// Gain of the heading alignment, 1/s.
+    pub alignment_gain_ps: f64,
+    /// Largest bank in heading alignment, rad.
+    pub alignment_max_bank_rad: f64,
+    /// The desired heading is frozen inside this range to the target, m.
+    pub alignment_freeze_range_m: f64,
+}
+
+/// Limits along the path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ConstraintParameters {
+    /// Sensed load, m/s².
+    pub load_mps2: f64,
+    /// Convective heat flux at the stagnation point, W/m².
+    pub heat_flux_wpm2: f64,
+    /// Dynamic pressure, Pa.
+    pub dynamic_pressure_pa: f64,
+}
+
+/// Settings of the bank control.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ControlParameters {
+    /// Bank held until range control begins, rad.
+    pub initial_bank_rad: f64,
+    /// Largest bank rate, rad/s.
+    pub max_rate_radps: f64,
+    /// Largest bank acceleration, rad/s².
+    pub max_accel_radps2: f64,
+    /// Lag of the actuator as the flight software believes it, s.
+    pub lag_s: f64,
+}
