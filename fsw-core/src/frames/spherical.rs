@@ -69,7 +69,7 @@ pub fn surface_point(longitude_rad: f64, latitude_rad: f64) -> Vec3<PlanetFixed>
 pub fn ned_from_planet_fixed(longitude_rad: f64, latitude_rad: f64) -> Rot<PlanetFixed, LocalNed> {
     // About z by the longitude, then about the new y (west of east...) by −(latitude + 90°).
     let (s, c) = sin_cos(-0.5 * (latitude_rad + 0.5 * PI));
-    let about_y = Rot::<PlanetFixed, LocalNed>::from_quaternion([c, 0.0, -s, 0.0]).unwrap_or_else(|| Rot::identity());
+    let about_y = Rot::<PlanetFixed, LocalNed>::from_quaternion([c, 0.0, -s, 0.0]).unwrap_or_else(Rot::identity);
     Rot::<PlanetFixed, PlanetFixed>::about_z(longitude_rad).then(&about_y)
 }
 

@@ -49,6 +49,7 @@ pub fn sign(x: f64) -> f64 {
 #[must_use]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     use core::f64::consts::PI;
+    #[allow(clippy::neg_cmp_op_on_partial_ord)] // NaN takes this branch too
     if !(abs(angle_rad) <= 1e6) {
         return 0.0;
     }

@@ -1,0 +1,285 @@
+//! The command line: what can be asked for, and how each option is read.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Flies Mars entries with the flight software of this repository. Without a command it flies the scenario `msl`.
+#[derive(Debug, Parser)]
+#[command(name = "aeroshell", version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    /// What to do; `fly` when nothing is said.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Options of the default command `fly`.
+    #[command(flatten)]
+    pub fly: FlyArgs,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fly one closed-loop entry over the link and write a run folder.
+    Fly(FlyArgs),
+    /// Propagate one open-loop entry of the truth at a constant bank to CSV.
+    Propagate(PropagateArgs),
+    /// Feed a recorded link log to a fresh flight computer and compare every byte of its output.
+    Replay(ReplayArgs),
+    /// Show and check scenarios.
+    #[command(subcommand)]
+    Scenario(ScenarioCommand),
+}
+
+/// Options that every command shares.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Common {
+    /// Overrides a field of the scenario, for example `entry.speed_mps=5600`; may be repeated.
+    #[arg(long = "set", value_name = "FIELD=VALUE")]
+    pub set: Vec<String>,
+    /// Prints a machine-readable summary on standard output instead of the screen for people.
+    #[arg(long)]
+    pub json: bool,
+    /// Prints nothing but errors.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Options of `fly`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct FlyArgs {
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Shared options.
+    #[command(flatten)]
+    pub common: Common,
+    /// Seed of the dispersions.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Index of the run under that seed.
+    #[arg(long, default_value_t = 0)]
+    pub run: u64,
+    /// Turns the dispersions and sensor errors off.
+    #[arg(long)]
+    pub nominal: bool,
+    /// Navigation algorithm.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub nav: Option<NavName>,
+    /// Guidance algorithm.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub guidance: Option<GuidanceName>,
+    /// Parachute trigger.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub trigger: Option<TriggerName>,
+    /// Where the truth simulator runs: in-process, tcp:HOST:PORT, or pty (a hil-sim process of its own).
+    #[arg(long, value_name = "WHERE", default_value = "in-process")]
+    pub truth: TruthPlace,
+    /// Where the flight computer runs.
+    #[arg(long, value_enum, value_name = "WHERE", default_value = "in-process")]
+    pub computer: ComputerPlace,
+    /// Paces the frames at 50 per second of wall time.
+    #[arg(long)]
+    pub realtime: bool,
+    /// Run folder; must not exist or be empty. Without it a fresh runs/SCENARIO-seedN is made.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replaces a run folder that is occupied.
+    #[arg(long)]
+    pub force: bool,
+    /// Writes telemetry.csv beside telemetry.parquet.
+    #[arg(long)]
+    pub csv: bool,
+}
+
+/// Options of `propagate`.
+#[derive(Clone, Debug, Args)]
+pub struct PropagateArgs {
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Shared options.
+    #[command(flatten)]
+    pub common: Common,
+    /// Constant bank, deg, positive to the right.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub bank: f64,
+    /// Where to stop: altitude_km=, speed_mps=, time_s= or range_km=.
+    #[arg(long, value_name = "QUANTITY=VALUE", default_value = "altitude_km=10")]
+    pub until: String,
+    /// CSV file; standard output when left out.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replaces the file when it exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Options of `replay`.
+#[derive(Clone, Debug, Args)]
+pub struct ReplayArgs {
+    /// Run folder, or a link.bin.
+    pub run: PathBuf,
+    /// Prints a machine-readable verdict.
+    #[arg(long)]
+    pub json: bool,
+    /// Prints nothing but errors.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// The commands about scenarios.
+#[derive(Clone, Debug, Subcommand)]
+pub enum ScenarioCommand {
+    /// List the built-in scenarios.
+    List,
+    /// Print a scenario, resolved, as TOML.
+    Show {
+        /// Built-in scenario or TOML file.
+        name: String,
+        /// Overrides a field; may be repeated.
+        #[arg(long = "set", value_name = "FIELD=VALUE")]
+        set: Vec<String>,
+    },
+    /// Check a scenario file and say what is wrong with it.
+    Check {
+        /// TOML file or built-in scenario.
+        file: String,
+        /// Overrides a field; may be repeated.
+        #[arg(long = "set", value_name = "FIELD=VALUE")]
+        set: Vec<String>,
+    },
+}
+
+/// Navigation algorithms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NavName {
+    /// Error-state extended Kalman filter.
+    Ekf,
+    /// Strapdown alone.
+    DeadReckoning,
+    /// The truth packet, simulation only.
+    Ideal,
+}
+
+impl NavName {
+    /// The name in a scenario file.
+    #[must_use]
+    pub fn field_value(self) -> &'static str {
+        match self {
+            Self::Ekf => "ekf",
+            Self::DeadReckoning => "dead-reckoning",
+            Self::Ideal => "ideal",
+        }
+    }
+}
+
+/// Guidance algorithms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GuidanceName {
+    /// The predictor-corrector of the paper.
+    Paper,
+}
+
+impl GuidanceName {
+    /// The name in a scenario file.
+    #[must_use]
+    pub fn field_value(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+        }
+    }
+}
+
+/// Parachute triggers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TriggerName {
+    /// Planet-relative speed.
+    Speed,
+    /// Target abeam, within the speed window.
+    Range,
+}
+
+impl TriggerName {
+    /// The name in a scenario file.
+    #[must_use]
+    pub fn field_value(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Range => "range",
+        }
+    }
+}
+
+/// Where the flight computer runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ComputerPlace {
+    /// In this process.
+    #[default]
+    InProcess,
+}
+
+/// Where the truth simulator runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum TruthPlace {
+    /// In this process.
+    #[default]
+    InProcess,
+    /// A `hil-sim --listen` at `HOST:PORT`.
+    Tcp(String),
+    /// A `hil-sim` process started for this flight, over a pseudo-terminal.
+    Pty,
+}
+
+impl FromStr for TruthPlace {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.split_once(':') {
+            None if text == "in-process" => Ok(Self::InProcess),
+            None if text == "pty" => Ok(Self::Pty),
+            Some(("tcp", address)) if is_host_and_port(address) => Ok(Self::Tcp(address.to_owned())),
+            _ => Err("expected in-process, tcp:HOST:PORT or pty".to_owned()),
+        }
+    }
+}
+
+fn is_host_and_port(address: &str) -> bool {
+    address.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|p| p > 0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_of_the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn no_arguments_fly_the_default_scenario() {
+        let cli = Cli::try_parse_from(["aeroshell"]).unwrap();
+        assert!(cli.command.is_none());
+        assert_eq!((cli.fly.scenario.as_str(), cli.fly.seed), ("msl", 1));
+    }
+
+    #[test]
+    fn options_without_a_command_are_those_of_fly() {
+        let cli = Cli::try_parse_from(["aeroshell", "msl-beacon", "--seed", "7", "--nav", "dead-reckoning"]).unwrap();
+        assert!(cli.command.is_none());
+        assert_eq!(
+            (cli.fly.scenario.as_str(), cli.fly.seed, cli.fly.nav),
+            ("msl-beacon", 7, Some(NavName::DeadReckoning))
+        );
+    }
+
+    #[test]
+    fn a_truth_address_needs_a_host_and_a_port() {
+        assert_eq!("tcp:localhost:4000".parse(), Ok(TruthPlace::Tcp("localhost:4000".into())));
+        for bad in ["tcp:", "tcp:4000", "tcp::4000", "tcp:host:0", "tcp:host:70000", "udp:a:1", ""] {
+            assert!(bad.parse::<TruthPlace>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! What a flight leaves behind: [`FlightRecord`] in memory and [`Summary`], the content of `summary.json`.
+//!
+//! Units are SI and radians, except in the fields of [`Summary`] that carry another unit in their name.
+
+use fsw_core::link::packet::{Actuator, Event, GuidanceTlm, HealthTlm, NavTlm, RejectCounters, Truth};
+use fsw_core::link::parameters::{ConstraintParameters, DeployParameters, NavigationMode, Target, TriggerKind};
+use fsw_core::planet::Planet;
+use fsw_core::time::MissionTime;
+use serde::{Deserialize, Serialize};
+
+/// Everything known about one flight once it is over.
+#[derive(Clone, Debug)]
+pub struct FlightRecord {
+    /// The facts of the scenario that plots and checks need.
+    pub facts: ScenarioFacts,
+    /// Seed of the dispersions.
+    pub seed: u64,
+    /// Index of the run under that seed.
+    pub run: u64,
+    /// True when the dispersions were turned off.
+    pub nominal: bool,
+    /// True state, one sample per minor frame starting at t = 0, up to and including the deploy instant.
+    pub truth: Vec<TruthSample>,
+    /// Bank command and discretes, one per minor frame, as the flight computer sent them.
+    pub actuators: Vec<Actuator>,
+    /// Navigation telemetry with its time stamp, 10 Hz.
+    pub nav: Vec<(MissionTime, NavTlm)>,
+    /// Guidance telemetry with its time stamp, 1 Hz.
+    pub guidance: Vec<(MissionTime, GuidanceTlm)>,
+    /// Health telemetry with its time stamp, 1 Hz.
+    pub health: Vec<(MissionTime, HealthTlm)>,
+    /// Events in the order in which they arrived.
+    pub events: Vec<Event>,
+    /// Wall time the flight computer took per minor frame, µs; index 0 is frame 1. Empty when it runs elsewhere.
+    pub frame_cost_us: Vec<f32>,
+    /// Consistency of the navigation, one entry per [`FlightRecord::nav`] that has a true state at its time.
+    pub nees: Vec<NeesSample>,
+    /// How the flight ended.
+    pub end: End,
+    /// The figures of `summary.json`.
+    pub summary: Summary,
+}
+
+/// Facts of the scenario, in SI and radians, that belong on plots and in checks.
+#[derive(Clone, Debug)]
+pub struct ScenarioFacts {
+    /// Name of the scenario.
+    pub name: String,
+    /// Planet of the truth.
+    pub planet: Planet,
+    /// Longitude of the nominal entry point, rad: the start of the arc that defines downrange and crossrange.
+    pub entry_longitude_rad: f64,
+    /// Latitude of the nominal entry point, rad.
+    pub entry_latitude_rad: f64,
+    /// Target.
+    pub target: Target,
+    /// Trigger, floor and box of the deployment.
+    pub deploy: DeployParameters,
+    /// Kind of trigger.
+    pub trigger: TriggerKind,
+    /// Limits of load, heat flux and dynamic pressure.
+    pub constraints: ConstraintParameters,
+    /// Navigation algorithm.
+    pub navigation: NavigationMode,
+    /// Nose radius of the vehicle, m, for the heat flux.
+    pub nose_radius_m: f64,
+    /// Names of the radio sources by slot (orbiters first, then beacons).
+    pub source_names: Vec<String>,
+}
+
+/// True state at the end of one minor frame; derived from [`Truth`] packets only, wherever the truth runs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TruthSample {
+    /// Time, s.
+    pub time_s: f64,
+    /// The packet.
+    pub packet: Truth,
+    /// Longitude, rad.
+    pub longitude_rad: f64,
+    /// Planetocentric latitude, rad.
+    pub latitude_rad: f64,
+    /// Altitude over the reference sphere, m.
+    pub altitude_m: f64,
+    /// Planet-relative speed, m/s.
+    pub speed_mps: f64,
+    /// Flight-path angle, rad, positive up.
+    pub flight_path_angle_rad: f64,
+    /// Heading, rad, clockwise from north.
+    pub heading_rad: f64,
+    /// Sensed load over the frame that ends here, g: change of velocity less gravity.
+    pub load_g: f64,
+    /// Convective heat flux at the stagnation point (Sutton–Graves), W/m².
+    pub heat_flux_wpm2: f64,
+    /// Great-circle distance to the target at the reference radius, m.
+    pub range_to_go_m: f64,
+}
+
+/// Consistency of one navigation epoch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NeesSample {
+    /// Time, s.
+    pub time_s: f64,
+    /// Normalised estimation error squared of inertial position and velocity: 6 on average when consistent.
+    pub nees: f64,
+    /// Position error, inertial axes, estimate minus truth, m.
+    pub position_error_m: [f64; 3],
+    /// Velocity error, inertial axes, estimate minus truth, m/s.
+    pub velocity_error_mps: [f64; 3],
+    /// Standard deviations of the position error, inertial axes, m.
+    pub position_sigma_m: [f64; 3],
+    /// Standard deviations of the velocity error, inertial axes, m/s.
+    pub velocity_sigma_mps: [f64; 3],
+}
+
+/// How a flight ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The parachute was fired.
+    Deployed,
+    /// The surface was reached without a parachute.
+    Ground,
+    /// The time limit of the scenario was reached.
+    TimeLimit,
+    /// The user stopped the flight.
+    Interrupted,
+    /// The link or an end of it failed; one sentence says how.
+    Failed(String),
+}
+
+impl End {
+    /// The word for it in `summary.json`.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Deployed => "deployed",
+            Self::Ground => "ground",
+            Self::TimeLimit => "time limit",
+            Self::Interrupted => "interrupted",
+            Self::Failed(_) => "failed",
+        }
+    }
+}
+
+/// Content of `summary.json`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Scenario.
+    pub scenario: String,
+    /// Seed.
+    pub seed: u64,
+    /// Run under that seed.
+    pub run: u64,
+    /// Dispersions off.
+    pub nominal: bool,
+    /// True when the parachute was fired inside the deploy box.
+    pub success: bool,
+    /// How the flight ended, see [`End::word`].
+    pub outcome: String,
+    /// Why the flight is no success, one sentence.
+    pub reason: Option<String>,
+    /// Great-circle distance at the reference radius from the deploy point to the target, m.
+    pub miss_m: Option<f64>,
+    /// Downrange error at deployment, m, positive beyond the target.
+    pub downrange_error_m: Option<f64>,
+    /// Crossrange error at deployment, m, positive right of the arc from the nominal entry point to the target.
+    pub crossrange_error_m: Option<f64>,
+    /// The milestones of the flight in order.
+    pub timeline: Vec<Milestone>,
+    /// True conditions at deployment.
+    pub deploy: Option<DeployState>,
+    /// Largest values along the true path.
+    pub peak: Peak,
+    /// Bank reversals commanded.
+    pub reversals: u32,
+    /// Work of the corrector.
+    pub corrector: Corrector,
+    /// Errors of the navigation.
+    pub navigation: Navigation,
+    /// Rejected and lost packets by cause, as the flight computer counted them.
+    pub link: LinkCounters,
+    /// Minor frames flown.
+    pub frames: u32,
+    /// SHA-256 over time and packet of all Actuator, NavTlm, GuidanceTlm and Event packets.
+    pub output_hash: String,
+    /// Wall time of the flight, s.
+    pub wall_s: f64,
+}
+
+/// One milestone of the flight with the true state at its time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Milestone {
+    /// What happened.
+    pub event: String,
+    /// Time, s.
+    pub time_s: f64,
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// Planet-relative speed, m/s.
+    pub speed_mps: f64,
+}
+
+/// True conditions at deployment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DeployState {
+    /// Time, s.
+    pub time_s: f64,
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// Planet-relative speed, m/s.
+    pub speed_mps: f64,
+    /// Air-relative Mach number.
+    pub mach: f64,
+    /// Air-relative dynamic pressure, Pa.
+    pub dynamic_pressure_pa: f64,
+    /// Longitude, deg.
+    pub longitude_deg: f64,
+    /// Planetocentric latitude, deg.
+    pub latitude_deg: f64,
+}
+
+/// Largest values along the true path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    /// Sensed load, g.
+    pub load_g: f64,
+    /// Dynamic pressure, Pa.
+    pub dynamic_pressure_pa: f64,
+    /// Heat flux, W/m².
+    pub heat_flux_wpm2: f64,
+}
+
+/// Work of the corrector.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Corrector {
+    /// Most iterations of a cycle.
+    pub max_iterations: u32,
+    /// Mean iterations of the cycles that corrected.
+    pub mean_iterations: f64,
+    /// Most evaluations of the equations of motion in a cycle.
+    pub max_integrations: u32,
+    /// Their hard bound.
+    pub bound: u32,
+}
+
+/// Errors of the navigation against the truth.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Navigation {
+    /// Position error at the last epoch, m.
+    pub position_error_m: Option<f64>,
+    /// Velocity error at the last epoch, m/s.
+    pub velocity_error_mps: Option<f64>,
+    /// Mean over the flight of the normalised estimation error squared of position and velocity: 6 is consistent.
+    pub nees_mean: Option<f64>,
+    /// Share of epochs whose error lies inside the 95 % band of its covariance.
+    pub inside_95_share: Option<f64>,
+    /// Mean normalised innovation squared of the measurements used, per kind of sensor: 1 is consistent.
+    pub nis_mean: Nis,
+    /// Number of measurements used, per kind of sensor.
+    pub used: MeasurementCounts,
+    /// Number of measurements gated, per kind of sensor.
+    pub gated: MeasurementCounts,
+}
+
+/// Mean normalised innovation squared per kind of sensor; none when the kind was not used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Nis {
+    /// Stagnation pressure.
+    pub pressure: Option<f64>,
+    /// Range.
+    pub range: Option<f64>,
+    /// Range-rate.
+    pub range_rate: Option<f64>,
+}
+
+/// Counts per kind of sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MeasurementCounts {
+    /// Stagnation pressure.
+    pub pressure: u32,
+    /// Range.
+    pub range: u32,
+    /// Range-rate.
+    pub range_rate: u32,
+}
+
+/// The link as both ends counted it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LinkCounters {
+    /// By cause, from the last health packet of the flight computer.
+    pub rejected: RejectCounters,
+    /// Frames from the flight computer that the host could not decode.
+    pub downlink_rejected: u32,
+    /// Bytes to the flight computer.
+    pub uplink_bytes: u64,
+    /// Bytes from the flight computer.
+    pub downlink_bytes: u64,
+}
