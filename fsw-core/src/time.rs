@@ -10,12 +10,16 @@ pub const FRAME: Micros = Micros(20_000);
 pub const FRAMES_PER_SECOND: u32 = 50;
 
 /// An instant: microseconds after the entry epoch; 32 bits hold 71 minutes, twelve times an entry.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Schema, MaxSize,
+)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MissionTime(pub u32);
 
 /// A duration in microseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Schema, MaxSize,
+)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Micros(pub u32);
 

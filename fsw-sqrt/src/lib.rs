@@ -16,7 +16,9 @@ pub fn sqrt(x: f64) -> f64 {
 fn imp(x: f64) -> f64 {
     let y: f64;
     // SAFETY: VSQRT.F64 reads one double register and writes another; no memory, no flags, no stack.
-    unsafe { core::arch::asm!("vsqrt.f64 {y:P}, {x:P}", x = in(dreg) x, y = lateout(dreg) y, options(pure, nomem, nostack)) };
+    unsafe {
+        core::arch::asm!("vsqrt.f64 {y:P}, {x:P}", x = in(dreg) x, y = lateout(dreg) y, options(pure, nomem, nostack))
+    };
     y
 }
 

@@ -10,8 +10,9 @@ mod vector;
 
 pub use rotation::Rot;
 pub use spherical::{
-    PlanetRelative, along_and_across_rad, bank_from_attitude, great_circle_rad, initial_azimuth_rad, inertial_from_planet_relative,
-    ned_from_planet_fixed, planet_fixed_from_inertial, planet_relative_from_inertial, surface_point,
+    PlanetRelative, along_and_across_rad, bank_from_attitude, great_circle_rad, inertial_from_planet_relative,
+    initial_azimuth_rad, ned_from_planet_fixed, planet_fixed_from_inertial, planet_relative_from_inertial,
+    surface_point,
 };
 pub use vector::Vec3;
 

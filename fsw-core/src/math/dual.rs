@@ -1,0 +1,170 @@
+//! [`Dual`]: a number with its derivatives with respect to `N` variables (forward differentiation).
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{Scalar, fun};
+
+/// A value and its partial derivatives with respect to `N` independent variables.
+///
+/// Each operation applies the chain rule, so that a function written for [`Scalar`] returns its exact Jacobian
+/// (to rounding) next to its value: no step size, no hand-typed derivative that can disagree with the function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<const N: usize> {
+    /// The value.
+    pub value: f64,
+    /// Partial derivatives, one per independent variable.
+    pub partials: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// A constant: all derivatives zero.
+    #[must_use]
+    pub const fn constant(value: f64) -> Self {
+        Self { value, partials: [0.0; N] }
+    }
+
+    /// Independent variable number `index`; a constant when `index` is not below `N`.
+    #[must_use]
+    pub fn variable(value: f64, index: usize) -> Self {
+        let mut dual = Self::constant(value);
+        if let Some(partial) = dual.partials.get_mut(index) {
+            *partial = 1.0;
+        }
+        dual
+    }
+
+    /// A whole state as independent variables: variable `i` is `values[i]`.
+    #[must_use]
+    pub fn variables(values: &[f64; N]) -> [Self; N] {
+        let mut state = [Self::constant(0.0); N];
+        for (i, (dual, &value)) in state.iter_mut().zip(values).enumerate() {
+            *dual = Self::variable(value, i);
+        }
+        state
+    }
+
+    /// Chain rule of a function of one argument: its `value` here and its `slope` here.
+    #[inline(always)]
+    fn chain(self, value: f64, slope: f64) -> Self {
+        Self { value, partials: self.partials.map(|p| slope * p) }
+    }
+
+    /// Both partial vectors weighted: `a·∂x + b·∂y`.
+    #[inline(always)]
+    fn weighted(x: &Self, a: f64, y: &Self, b: f64) -> [f64; N] {
+        let mut partials = [0.0; N];
+        for (out, (p, q)) in partials.iter_mut().zip(x.partials.iter().zip(&y.partials)) {
+            *out = a * p + b * q;
+        }
+        partials
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let mut sum = self;
+        sum.value += other.value;
+        for (p, q) in sum.partials.iter_mut().zip(&other.partials) {
+            *p += q;
+        }
+        sum
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let mut difference = self;
+        difference.value -= other.value;
+        for (p, q) in difference.partials.iter_mut().zip(&other.partials) {
+            *p -= q;
+        }
+        difference
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self { value: self.value * other.value, partials: Self::weighted(&self, other.value, &other, self.value) }
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let inverse = 1.0 / other.value;
+        let value = self.value / other.value;
+        Self { value, partials: Self::weighted(&self, inverse, &other, -value * inverse) }
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { value: -self.value, partials: self.partials.map(|p| -p) }
+    }
+}
+
+impl<const N: usize> Add<f64> for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, constant: f64) -> Self {
+        Self { value: self.value + constant, ..self }
+    }
+}
+
+impl<const N: usize> Sub<f64> for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, constant: f64) -> Self {
+        Self { value: self.value - constant, ..self }
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self.chain(self.value * factor, factor)
+    }
+}
+
+impl<const N: usize> Scalar for Dual<N> {
+    fn from_f64(value: f64) -> Self {
+        Self::constant(value)
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    /// At zero the slope is unbounded; the derivative is given as zero there, so that a vehicle at rest stays finite.
+    fn sqrt(self) -> Self {
+        let root = fun::sqrt(self.value);
+        self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
+    }
+    fn exp(self) -> Self {
+        let e = fun::exp(self.value);
+        self.chain(e, e)
+    }
+    fn ln(self) -> Self {
+        self.chain(fun::ln(self.value), 1.0 / self.value)
+    }
+    fn sin(self) -> Self {
+        let (s, c) = fun::sin_cos(self.value);
+        self.chain(s, c)
+    }
+    fn cos(self) -> Self {
+        let (s, c) = fun::sin_cos(self.value);
+        self.chain(c, -s)
+    }
+    fn recip(self) -> Self {
+        let inverse = 1.0 / self.value;
+        self.chain(inverse, -inverse * inverse)
+    }
+}

@@ -1,0 +1,173 @@
+//! [`Atmosphere`]: density, temperature and speed of sound against altitude.
+
+use super::{ModelError, finite, positive};
+use crate::link::parameters::{AtmosphereParameters, AtmosphereRow, MAX_ATMOSPHERE_ROWS};
+use crate::math::{Scalar, Table, TableRow, fun};
+
+/// The air as the flight software believes it: an exponential law, or a table that is linear in log-density.
+///
+/// Beyond the table the density follows the exponential of its end segment and the temperature stays that of the end row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Atmosphere {
+    law: Law,
+    /// Heat ratio times gas constant: the square of the speed of sound per kelvin.
+    sound_square_per_k: f64,
+}
+
+/// Density and temperature against altitude.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "without an allocator the table lives in place")]
+enum Law {
+    /// ρ = ρ₀ exp((h₀ − h)/H), isothermal.
+    Exponential { density_kgpm3: f64, altitude_m: f64, per_scale_height_pm: f64, temperature_k: f64 },
+    /// Columns: ln ρ, temperature.
+    Table { rows: Table<2, MAX_ATMOSPHERE_ROWS>, below: Tail, above: Tail },
+}
+
+/// Exponential continuation of a table beyond one of its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tail {
+    altitude_m: f64,
+    log_density: f64,
+    slope_pm: f64,
+}
+
+impl Tail {
+    /// Continues from `end`, away from its neighbour `inner`; a slope that would make the air denser upwards is taken as zero.
+    fn new(end: &TableRow<2>, inner: &TableRow<2>) -> Self {
+        let ([log_density, _], [inner_log_density, _]) = (end.y, inner.y);
+        let slope = (log_density - inner_log_density) / (end.x - inner.x);
+        Self { altitude_m: end.x, log_density, slope_pm: if slope < 0.0 { slope } else { 0.0 } }
+    }
+
+    fn log_density<S: Scalar>(&self, altitude_m: S) -> S {
+        (altitude_m - self.altitude_m) * self.slope_pm + self.log_density
+    }
+}
+
+impl Atmosphere {
+    /// The exponential law when `rows` is empty, else the table.
+    ///
+    /// # Errors
+    /// A density, scale height, temperature, gas constant or heat ratio that is not positive; rows that are not sorted.
+    pub fn new(parameters: &AtmosphereParameters, rows: &[AtmosphereRow]) -> Result<Self, ModelError> {
+        let sound_square_per_k = positive("gas constant (J/(kg K))", parameters.gas_constant_jpkgk)?
+            * positive("ratio of specific heats", parameters.heat_ratio)?;
+        let law = if rows.is_empty() { Law::exponential(parameters)? } else { Law::table(rows)? };
+        Ok(Self { law, sound_square_per_k })
+    }
+
+    /// Density, kg/m³.
+    #[inline(always)]
+    #[must_use]
+    pub fn density<S: Scalar>(&self, altitude_m: S) -> S {
+        match &self.law {
+            Law::Exponential { density_kgpm3, altitude_m: reference_m, per_scale_height_pm, .. } => {
+                ((altitude_m - *reference_m) * -*per_scale_height_pm).exp() * *density_kgpm3
+            }
+            Law::Table { .. } => self.log_density(altitude_m).exp(),
+        }
+    }
+
+    /// Natural logarithm of the density in kg/m³.
+    #[must_use]
+    pub fn log_density<S: Scalar>(&self, altitude_m: S) -> S {
+        match &self.law {
+            Law::Exponential { density_kgpm3, altitude_m: reference_m, per_scale_height_pm, .. } => {
+                (altitude_m - *reference_m) * -*per_scale_height_pm + fun::ln(*density_kgpm3)
+            }
+            Law::Table { rows, below, above } => {
+                let h = altitude_m.value();
+                if h > above.altitude_m {
+                    above.log_density(altitude_m)
+                } else if h < below.altitude_m {
+                    below.log_density(altitude_m)
+                } else {
+                    let [log_density, _] = rows.at(altitude_m);
+                    log_density
+                }
+            }
+        }
+    }
+
+    /// Derivative of log-density with altitude, 1/m: minus the inverse of the local scale height.
+    #[must_use]
+    pub fn log_density_slope_pm(&self, altitude_m: f64) -> f64 {
+        match &self.law {
+            Law::Exponential { per_scale_height_pm, .. } => -per_scale_height_pm,
+            Law::Table { above, .. } if altitude_m >= above.altitude_m => above.slope_pm,
+            Law::Table { below, .. } if altitude_m <= below.altitude_m => below.slope_pm,
+            Law::Table { rows, .. } => {
+                let [slope_pm, _] = rows.slope_at(altitude_m);
+                slope_pm
+            }
+        }
+    }
+
+    /// Temperature, K.
+    #[must_use]
+    pub fn temperature<S: Scalar>(&self, altitude_m: S) -> S {
+        match &self.law {
+            Law::Exponential { temperature_k, .. } => S::from_f64(*temperature_k),
+            Law::Table { rows, .. } => {
+                let [_, temperature_k] = rows.at(altitude_m);
+                temperature_k
+            }
+        }
+    }
+
+    /// Speed of sound, m/s: √(κ R T).
+    #[must_use]
+    pub fn speed_of_sound<S: Scalar>(&self, altitude_m: S) -> S {
+        (self.temperature(altitude_m) * self.sound_square_per_k).sqrt()
+    }
+
+    /// Temperature, K; [`Self::temperature`] for plain numbers.
+    #[must_use]
+    pub fn temperature_k(&self, altitude_m: f64) -> f64 {
+        self.temperature(altitude_m)
+    }
+
+    /// Speed of sound, m/s; [`Self::speed_of_sound`] for plain numbers.
+    #[must_use]
+    pub fn speed_of_sound_mps(&self, altitude_m: f64) -> f64 {
+        self.speed_of_sound(altitude_m)
+    }
+
+    /// Static pressure, Pa, by the gas law; the heat ratio divides the square of the speed of sound.
+    #[must_use]
+    pub fn pressure_pa(&self, altitude_m: f64, gas_constant_jpkgk: f64) -> f64 {
+        self.density(altitude_m) * gas_constant_jpkgk * self.temperature_k(altitude_m)
+    }
+}
+
+impl Law {
+    fn exponential(parameters: &AtmosphereParameters) -> Result<Self, ModelError> {
+        Ok(Self::Exponential {
+            density_kgpm3: positive("reference density (kg/m3)", parameters.reference_density_kgpm3)?,
+            altitude_m: finite("reference altitude (m)", parameters.reference_altitude_m)?,
+            per_scale_height_pm: 1.0 / positive("scale height (m)", parameters.scale_height_m)?,
+            temperature_k: positive("temperature (K)", parameters.temperature_k)?,
+        })
+    }
+
+    fn table(rows: &[AtmosphereRow]) -> Result<Self, ModelError> {
+        for row in rows {
+            positive("density of a table row (kg/m3)", row.density_kgpm3)?;
+            positive("temperature of a table row (K)", row.temperature_k)?;
+        }
+        let log_rows =
+            rows.iter().map(|row| TableRow { x: row.altitude_m, y: [fun::ln(row.density_kgpm3), row.temperature_k] });
+        let rows = Table::new(log_rows).map_err(ModelError::AtmosphereTable)?;
+        // A table of one row is its own neighbour; the slope there is not a number and becomes zero.
+        let (below, above) = match rows.rows() {
+            [first, second, ..] => match rows.rows() {
+                [.., before, last] => (Tail::new(first, second), Tail::new(last, before)),
+                _ => (Tail::new(first, second), Tail::new(second, first)),
+            },
+            [only] => (Tail::new(only, only), Tail::new(only, only)),
+            [] => return Err(ModelError::AtmosphereTable(crate::math::TableError::Empty)),
+        };
+        Ok(Self::Table { rows, below, above })
+    }
+}
