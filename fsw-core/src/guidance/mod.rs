@@ -1,1 +1,3 @@
-//! Stub: replaced by its owner.
+//! Guidance: from the navigation estimate to a commanded bank angle.
+
+pub mod trigger;
