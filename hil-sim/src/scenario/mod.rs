@@ -1,0 +1,62 @@
+//! Scenarios: everything a flight needs, in one TOML file.
+
+mod dispersions;
+mod error;
+mod flight;
+mod load;
+mod sensors;
+mod world;
+
+use serde::{Deserialize, Serialize};
+
+pub use dispersions::{Dispersion, Dispersions, Fault, FaultKind, FaultTarget};
+pub use error::ScenarioError;
+pub use flight::{Control, Deploy, DeployBox, Guidance, Limits, Navigation, Onboard, OnboardAtmosphere};
+pub use sensors::{Blackout, Imu, Pressure, Radio, Sensors};
+pub use world::{
+    AeroRow, Atmosphere, AtmosphereKind, AtmosphereRow, Beacon, Entry, Orbiter, Perturbation, Planet, SphericalEntry,
+    Target, Vehicle,
+};
+
+/// A whole scenario. Field names and units are those of the TOML file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Name in reports.
+    pub name: String,
+    /// A flight that has not ended by then has failed.
+    pub time_limit_s: f64,
+    /// State at t = 0.
+    pub entry: Entry,
+    /// Target.
+    pub target: Target,
+    /// Parachute.
+    pub deploy: Deploy,
+    /// Vehicle.
+    pub vehicle: Vehicle,
+    /// Planet.
+    pub planet: Planet,
+    /// True air.
+    pub atmosphere: Atmosphere,
+    /// The flight software's belief.
+    pub onboard: Onboard,
+    /// Radio sources in orbit; they take the first slots.
+    #[serde(default)]
+    pub orbiter: Vec<Orbiter>,
+    /// Radio sources on the surface; they take the slots after the orbiters.
+    #[serde(default)]
+    pub beacon: Vec<Beacon>,
+    /// Sensors.
+    pub sensors: Sensors,
+    /// Navigation.
+    pub navigation: Navigation,
+    /// Guidance.
+    pub guidance: Guidance,
+    /// Bank control.
+    pub control: Control,
+    /// Run-to-run differences.
+    pub dispersions: Dispersions,
+    /// Faults on purpose.
+    #[serde(default)]
+    pub fault: Vec<Fault>,
+}
