@@ -41,3 +41,45 @@ pub fn chi_square_quantile(dimension: u8, deviate: f64) -> f64 {
     let root = 1.0 - spread + deviate * sqrt(spread);
     k * root * root * root
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gate_opens_at_its_limit_and_keeps_the_sign() {
+        assert_eq!(sigma_gate(-6.0, 4.0, 3.0), Gate { ratio: -3.0, accepted: true });
+        assert_eq!(sigma_gate(6.1, 4.0, 3.0), Gate { ratio: 3.05, accepted: false });
+    }
+
+    #[test]
+    fn what_cannot_be_judged_is_rejected() {
+        for (innovation, variance) in [(f64::NAN, 1.0), (1.0, 0.0), (1.0, -1.0), (1.0, f64::NAN), (1.0, f64::INFINITY)]
+        {
+            assert_eq!(sigma_gate(innovation, variance, 5.0), Gate { ratio: 0.0, accepted: false });
+        }
+        assert!(!sigma_gate(0.0, 1.0, f64::NAN).accepted);
+        assert!(!chi_square_gate(f64::NAN, 3, 3.0) && !chi_square_gate(-1.0, 3, 3.0));
+    }
+
+    #[test]
+    fn chi_square_quantiles_are_within_four_percent_of_the_tables() {
+        // Standard tables: (degrees of freedom, one-sided deviate, quantile) at 95 %, 99 % and 99.9 %.
+        let tabulated = [
+            (1, 1.6449, 3.841),
+            (2, 1.6449, 5.991),
+            (6, 1.6449, 12.592),
+            (30, 1.6449, 43.773),
+            (1, 2.3263, 6.635),
+            (6, 2.3263, 16.812),
+            (1, 3.0902, 10.828),
+            (3, 3.0902, 16.266),
+            (6, 3.0902, 22.458),
+        ];
+        for (dimension, deviate, exact) in tabulated {
+            let quantile = chi_square_quantile(dimension, deviate);
+            assert!((quantile / exact - 1.0).abs() < 0.04, "{dimension} {deviate}: {quantile} for {exact}");
+        }
+        assert!(chi_square_gate(12.0, 6, 1.6449) && !chi_square_gate(13.2, 6, 1.6449));
+    }
+}

@@ -35,3 +35,37 @@ fn moved<S: Scalar, const N: usize>(state: &[S; N], rates: &[S; N], duration_s: 
     }
     next
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn oscillator(steps: u32) -> [f64; 2] {
+        let step_s = 2.0 / f64::from(steps);
+        (0..steps).fold([1.0, 0.0], |state, _| rk4(&state, step_s, |_, &[x, v]| [v, -x]))
+    }
+
+    #[test]
+    fn halving_the_step_divides_the_error_by_sixteen() {
+        let error = |steps| (oscillator(steps)[0] - 2.0_f64.cos()).abs();
+        let ratio = error(20) / error(40);
+        // Fourth order: 16 in the limit, 15.5–16.5 at these steps.
+        assert!((15.0..17.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn a_cubic_in_time_is_integrated_exactly() {
+        // Simpson's rule is exact for cubics: x' = t³ from 0 to 2 is 4.
+        let [x] = rk4(&[0.0_f64], 2.0, |t, _| [t * t * t]);
+        assert!((x - 4.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_negative_step_comes_back() {
+        let rates = |_, &[x, v]: &[f64; 2]| [v, -x];
+        let there = rk4(&[1.0, 0.5], 0.01, rates);
+        let [x, v] = rk4(&there, -0.01, rates);
+        // Local error of fifth order: 0.01⁵ = 1e-10, of which 1/120 remains.
+        assert!((x - 1.0).abs() < 1e-11 && (v - 0.5).abs() < 1e-11);
+    }
+}

@@ -137,3 +137,109 @@ fn reflect_row<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>, i: us
         a[(i, j)] = 0.0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Wide = SMatrix<f64, 5, 9>;
+
+    fn wide() -> impl Strategy<Value = Wide> {
+        prop::collection::vec(-2.0..2.0f64, 45).prop_map(|numbers| Wide::from_column_slice(&numbers))
+    }
+
+    fn largest(m: &SMatrix<f64, 5, 5>) -> f64 {
+        m.iter().fold(0.0, |largest, x| if x.abs() > largest { x.abs() } else { largest })
+    }
+
+    fn is_lower_with_nonnegative_diagonal<const M: usize>(l: &SMatrix<f64, 5, M>) -> bool {
+        (0..5).all(|i| l[(i, i)] >= 0.0 && ((i + 1)..M).all(|j| l[(i, j)] == 0.0))
+    }
+
+    proptest! {
+        // Elements of the products reach 36: rounding of a few 1e-14 is allowed for throughout.
+        #[test]
+        fn the_cholesky_factor_squares_to_the_matrix(a in wide()) {
+            let p = a * a.transpose() + SMatrix::<f64, 5, 5>::identity();
+            let mut l = p;
+            cholesky(&mut l).unwrap();
+            prop_assert!(is_lower_with_nonnegative_diagonal(&l));
+            prop_assert!(largest(&(l * l.transpose() - p)) < 1e-12);
+        }
+
+        #[test]
+        fn only_the_lower_triangle_is_read(a in wide()) {
+            let p = a * a.transpose() + SMatrix::<f64, 5, 5>::identity();
+            let (mut clean, mut spoiled) = (p, p);
+            for i in 0..5 {
+                for j in (i + 1)..5 {
+                    spoiled[(i, j)] = f64::NAN;
+                }
+            }
+            cholesky(&mut clean).unwrap();
+            cholesky(&mut spoiled).unwrap();
+            prop_assert_eq!(clean, spoiled);
+        }
+
+        #[test]
+        fn the_solves_undo_the_products(a in wide(), x in prop::array::uniform5(-3.0..3.0f64)) {
+            let mut l = a * a.transpose() + SMatrix::<f64, 5, 5>::identity();
+            cholesky(&mut l).unwrap();
+            let x = SVector::<f64, 5>::from(x);
+            let (mut lower, mut upper, mut both) = (l * x, l.transpose() * x, l * (l.transpose() * x));
+            solve_lower(&l, &mut lower);
+            solve_lower_transposed(&l, &mut upper);
+            solve_cholesky(&l, &mut both);
+            for i in 0..5 {
+                // The condition number of L·Lᵀ is at most 200 or so here.
+                prop_assert!((lower[i] - x[i]).abs() < 1e-11 && (upper[i] - x[i]).abs() < 1e-11);
+                prop_assert!((both[i] - x[i]).abs() < 1e-10);
+            }
+        }
+
+        #[test]
+        fn triangularization_keeps_the_product(a in wide()) {
+            let mut l = a;
+            tria(&mut l);
+            prop_assert!(is_lower_with_nonnegative_diagonal(&l));
+            prop_assert!(largest(&(l * l.transpose() - a * a.transpose())) < 1e-12);
+        }
+
+        #[test]
+        fn triangularization_of_a_square_root_is_the_cholesky_factor(a in wide()) {
+            let mut l = a;
+            tria(&mut l);
+            let mut factor = a * a.transpose();
+            prop_assume!(cholesky(&mut factor).is_ok());
+            // Forming the product squares the condition number; 1e-6 leaves room for the nearly singular draws.
+            prop_assert!(largest(&(l.fixed_columns::<5>(0).into_owned() - factor)) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn triangularization_survives_lost_rank_and_zeros() {
+        for a in [Wide::zeros(), Wide::from_fn(|i, _| i as f64), Wide::from_fn(|i, j| if i == j { -1.0 } else { 0.0 })]
+        {
+            let mut l = a;
+            tria(&mut l);
+            assert!(is_lower_with_nonnegative_diagonal(&l), "{l}");
+            assert!(largest(&(l * l.transpose() - a * a.transpose())) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn triangularization_survives_numbers_whose_squares_vanish() {
+        let mut l = Wide::from_fn(|i, j| if i == 2 { 1e-170 } else { (i + j) as f64 });
+        tria(&mut l);
+        assert!(l.iter().all(|x| x.is_finite()), "{l}");
+    }
+
+    #[test]
+    fn the_pivot_that_fails_is_named() {
+        let mut indefinite = SMatrix::<f64, 3, 3>::new(4.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        assert_eq!(cholesky(&mut indefinite), Err(NotPositiveDefinite { row: 1, pivot: 0.0 }));
+        let mut broken = SMatrix::<f64, 2, 2>::new(1.0, 0.0, f64::NAN, 1.0);
+        assert!(matches!(cholesky(&mut broken), Err(NotPositiveDefinite { row: 1, .. })));
+    }
+}

@@ -149,3 +149,71 @@ enum Bracket<'a, const COLUMNS: usize> {
     /// Between these neighbours.
     Between(&'a TableRow<COLUMNS>, &'a TableRow<COLUMNS>),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Dual;
+    use proptest::prelude::*;
+    use std::vec::Vec as StdVec;
+
+    fn row(x: f64, y: f64) -> TableRow<2> {
+        TableRow { x, y: [y, -y] }
+    }
+
+    fn table() -> Table<2, 4> {
+        Table::new([row(0.0, 1.0), row(1.0, 3.0), row(4.0, 0.0)]).unwrap()
+    }
+
+    #[test]
+    fn rows_are_met_exactly_and_points_between_lie_on_the_chord() {
+        for (x, y) in [(0.0, 1.0), (0.5, 2.0), (1.0, 3.0), (2.5, 1.5), (4.0, 0.0)] {
+            assert_eq!(table().at(x), [y, -y], "{x}");
+        }
+    }
+
+    #[test]
+    fn the_ends_are_held() {
+        for (x, y) in [(-9.0, 1.0), (f64::NEG_INFINITY, 1.0), (9.0, 0.0), (f64::INFINITY, 0.0), (f64::NAN, 1.0)] {
+            assert_eq!(table().at(x), [y, -y], "{x}");
+            assert_eq!(table().slope_at(x), [0.0, 0.0], "{x}");
+        }
+    }
+
+    #[test]
+    fn the_derivative_is_the_slope_of_the_segment_and_zero_beyond() {
+        for (x, slope) in [(0.5, 2.0), (2.0, -1.0), (-1.0, 0.0), (5.0, 0.0)] {
+            let [first, second] = table().at(Dual::<1>::variable(x, 0));
+            assert_eq!((first.partials, second.partials), ([slope], [-slope]));
+            assert_eq!(table().slope_at(x), [slope, -slope]);
+        }
+    }
+
+    #[test]
+    fn bad_rows_are_refused_with_the_row_that_is_bad() {
+        let refused = |rows: &[TableRow<2>]| Table::<2, 4>::new(rows.iter().copied()).unwrap_err();
+        assert_eq!(refused(&[]), TableError::Empty);
+        assert_eq!(refused(&[row(0.0, 1.0); 2]), TableError::NotIncreasing { row: 1 });
+        assert_eq!(refused(&[row(0.0, 1.0), row(f64::NAN, 1.0)]), TableError::NotFinite { row: 1 });
+        assert_eq!(refused(&[row(0.0, f64::INFINITY)]), TableError::NotFinite { row: 0 });
+        let five: StdVec<_> = (0..5).map(|i| row(f64::from(i), 0.0)).collect();
+        assert_eq!(refused(&five), TableError::TooManyRows { capacity: 4 });
+    }
+
+    proptest! {
+        #[test]
+        fn the_search_finds_what_a_scan_finds(steps in prop::collection::vec(0.01..5.0f64, 1..40), at in -0.2..1.2f64) {
+            let mut x = 0.0;
+            let rows: StdVec<_> = steps.iter().map(|step| { x += step; TableRow { x, y: [x * x] } }).collect();
+            let point = at * x;
+            let scanned = match rows.iter().position(|r| r.x > point) {
+                Some(0) => rows[0].y[0],
+                None => rows[rows.len() - 1].y[0],
+                Some(i) => rows[i - 1].y[0] + (point - rows[i - 1].x) * (rows[i].y[0] - rows[i - 1].y[0]) / (rows[i].x - rows[i - 1].x),
+            };
+            let [found] = Table::<1, 40>::new(rows).unwrap().at(point);
+            // Same chord, other order of operations: rounding of numbers up to 4e4.
+            prop_assert!((found - scanned).abs() < 1e-9, "{} {}", found, scanned);
+        }
+    }
+}

@@ -54,3 +54,54 @@ impl Aerodynamics {
         matches!(self, Self::ByMach(_))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::TableError;
+
+    const CAPSULE: VehicleParameters = VehicleParameters {
+        mass_kg: 2804.0,
+        reference_area_m2: 15.9,
+        nose_radius_m: 1.125,
+        drag_coefficient: 1.45,
+        lift_to_drag: 0.24,
+        trim_angle_of_attack_rad: -0.279,
+    };
+
+    fn row(mach: f64, drag_coefficient: f64, lift_coefficient: f64) -> AeroRow {
+        AeroRow { mach, drag_coefficient, lift_coefficient }
+    }
+
+    #[test]
+    fn without_rows_the_coefficients_are_constant() {
+        let aero = Aerodynamics::new(&CAPSULE, &[]).unwrap();
+        assert!(!aero.depends_on_mach());
+        for mach in [0.0, 2.0, 30.0] {
+            assert_eq!(aero.coefficients(mach), (1.45, 1.45 * 0.24));
+        }
+    }
+
+    #[test]
+    fn with_rows_they_follow_the_mach_number_and_hold_at_the_ends() {
+        let aero = Aerodynamics::new(&CAPSULE, &[row(1.0, 1.2, 0.1), row(5.0, 1.6, 0.3)]).unwrap();
+        assert!(aero.depends_on_mach());
+        for (mach, drag, lift) in [(0.5, 1.2, 0.1), (3.0, 1.4, 0.2), (25.0, 1.6, 0.3)] {
+            let (cd, cl) = aero.coefficients(mach);
+            assert!((cd - drag).abs() < 1e-15 && (cl - lift).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn coefficients_that_make_no_sense_are_refused() {
+        let negative = VehicleParameters { drag_coefficient: -1.0, ..CAPSULE };
+        assert!(matches!(Aerodynamics::new(&negative, &[]), Err(ModelError::NotPositive { .. })));
+        let bottomless = VehicleParameters { lift_to_drag: f64::NAN, ..CAPSULE };
+        assert!(matches!(Aerodynamics::new(&bottomless, &[]), Err(ModelError::NotFinite { .. })));
+        let unsorted = [row(5.0, 1.2, 0.1), row(1.0, 1.6, 0.3)];
+        assert_eq!(
+            Aerodynamics::new(&CAPSULE, &unsorted),
+            Err(ModelError::AeroTable(TableError::NotIncreasing { row: 1 }))
+        );
+    }
+}

@@ -171,3 +171,109 @@ impl Law {
         Ok(Self::Table { rows, below, above })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Dual, TableError};
+
+    const MODEL_C: AtmosphereParameters = AtmosphereParameters {
+        reference_density_kgpm3: 0.0158,
+        reference_altitude_m: 0.0,
+        scale_height_m: 9354.0,
+        temperature_k: 180.0,
+        gas_constant_jpkgk: 188.92,
+        heat_ratio: 1.3,
+    };
+
+    fn rows() -> [AtmosphereRow; 3] {
+        [(0.0, 1e-2, 220.0), (20e3, 1e-3, 180.0), (60e3, 1e-5, 140.0)].map(
+            |(altitude_m, density_kgpm3, temperature_k)| AtmosphereRow { altitude_m, density_kgpm3, temperature_k },
+        )
+    }
+
+    fn tabulated() -> Atmosphere {
+        Atmosphere::new(&MODEL_C, &rows()).unwrap()
+    }
+
+    fn near(a: f64, b: f64) -> bool {
+        (a / b - 1.0).abs() < 1e-13 // rounding of an exponential of an argument below 20
+    }
+
+    #[test]
+    fn the_exponential_law_falls_by_e_over_a_scale_height() {
+        let air = Atmosphere::new(&MODEL_C, &[]).unwrap();
+        assert!(near(air.density(0.0), 0.0158));
+        assert!(near(air.density(9354.0), 0.0158 / core::f64::consts::E));
+        assert!(near(air.log_density_slope_pm(5e3), -1.0 / 9354.0));
+        assert!(near(air.speed_of_sound_mps(5e3), (1.3 * 188.92 * 180.0_f64).sqrt()));
+    }
+
+    #[test]
+    fn the_table_meets_its_rows_and_the_geometric_mean_between() {
+        let air = tabulated();
+        for row in rows() {
+            assert!(near(air.density(row.altitude_m), row.density_kgpm3));
+            assert_eq!(air.temperature_k(row.altitude_m), row.temperature_k);
+        }
+        assert!(near(air.density(40e3), 1e-4));
+        assert_eq!(air.temperature_k(40e3), 160.0);
+    }
+
+    #[test]
+    fn beyond_the_table_the_density_goes_on_and_the_temperature_stays() {
+        let air = tabulated();
+        // A decade per 20 km both below and above the middle row.
+        assert!(near(air.density(80e3), 1e-6));
+        assert!(near(air.density(-2e3), 1e-2 * 10.0_f64.powf(0.1)));
+        assert_eq!((air.temperature_k(80e3), air.temperature_k(-2e3)), (140.0, 220.0));
+    }
+
+    #[test]
+    fn a_table_that_ends_with_denser_air_is_held_constant() {
+        let inverted = [(0.0, 1e-3), (1e3, 2e-3)].map(|(altitude_m, density_kgpm3)| AtmosphereRow {
+            altitude_m,
+            density_kgpm3,
+            temperature_k: 200.0,
+        });
+        let air = Atmosphere::new(&MODEL_C, &inverted).unwrap();
+        assert!(near(air.density(100e3), 2e-3) && near(air.density(-100e3), 1e-3));
+        let air = Atmosphere::new(&MODEL_C, &inverted[..1]).unwrap();
+        assert!(near(air.density(100e3), 1e-3) && near(air.density(-100e3), 1e-3));
+    }
+
+    #[test]
+    fn the_slope_of_log_density_is_its_derivative() {
+        for air in [tabulated(), Atmosphere::new(&MODEL_C, &[]).unwrap()] {
+            for altitude_m in [-1e3, 5e3, 33e3, 59e3, 90e3, 125e3] {
+                let [partial] = air.log_density(Dual::<1>::variable(altitude_m, 0)).partials;
+                assert!(near(partial, air.log_density_slope_pm(altitude_m)), "{altitude_m}");
+                let density = air.density(Dual::<1>::variable(altitude_m, 0));
+                assert!(near(density.partials[0], density.value * partial));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_air_is_refused() {
+        let refused =
+            |parameters: AtmosphereParameters, rows: &[AtmosphereRow]| Atmosphere::new(&parameters, rows).unwrap_err();
+        assert!(matches!(
+            refused(AtmosphereParameters { scale_height_m: 0.0, ..MODEL_C }, &[]),
+            ModelError::NotPositive { quantity: "scale height (m)", value: 0.0 }
+        ));
+        assert!(matches!(
+            refused(AtmosphereParameters { reference_density_kgpm3: f64::NAN, ..MODEL_C }, &[]),
+            ModelError::NotPositive { .. }
+        ));
+        let [first, second, third] = rows();
+        assert_eq!(
+            refused(MODEL_C, &[first, third, second]),
+            ModelError::AtmosphereTable(TableError::NotIncreasing { row: 2 })
+        );
+        assert!(matches!(
+            refused(MODEL_C, &[AtmosphereRow { density_kgpm3: -1.0, ..first }]),
+            ModelError::NotPositive { .. }
+        ));
+    }
+}

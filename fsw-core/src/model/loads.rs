@@ -64,3 +64,51 @@ impl Loads {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::parameters::{AtmosphereParameters, VehicleParameters};
+    use crate::planet::{MARS, STANDARD_GRAVITY_MPS2};
+    use crate::units::rad;
+
+    const MODEL_C: AtmosphereParameters = AtmosphereParameters {
+        reference_density_kgpm3: 0.0158,
+        reference_altitude_m: 0.0,
+        scale_height_m: 9354.0,
+        temperature_k: 180.0,
+        gas_constant_jpkgk: 188.92,
+        heat_ratio: 1.3,
+    };
+    const CAPSULE: VehicleParameters = VehicleParameters {
+        mass_kg: 2804.0,
+        reference_area_m2: 15.9,
+        nose_radius_m: 1.125,
+        drag_coefficient: 1.45,
+        lift_to_drag: 0.24,
+        trim_angle_of_attack_rad: rad(-16.0),
+    };
+
+    #[test]
+    fn the_normal_load_is_the_body_z_force_of_the_trimmed_capsule() {
+        // truth-and-flight.md §3: at −16° and L/D 0.24 the sensed force is along (−1.490, 0, +0.065) per C_D of 1.45.
+        let (drag, lift) = (1.45, 1.45 * 0.24);
+        assert!((normal_load_mps2(drag, lift, rad(-16.0)) - 0.065).abs() < 5e-4);
+        let axial = (sensed_load_mps2(drag, lift).powi(2) - normal_load_mps2(drag, lift, rad(-16.0)).powi(2)).sqrt();
+        assert!((axial - 1.490).abs() < 5e-4);
+    }
+
+    #[test]
+    fn expected_loads_at_one_point_agree_with_numbers_worked_by_hand() {
+        let model = OnboardModel::new(MARS, &CAPSULE, &[], &MODEL_C, &[]).unwrap();
+        let loads = Loads::expected(&model, 30e3, 4000.0);
+        // ρ = 0.0158 e^(−30000/9354) = 6.3943e-4 kg/m³; q = ½ρV² = 5115.5 Pa; D = q·1.45·15.9/2804 = 42.060 m/s².
+        let density = 0.0158 * (-30e3_f64 / 9354.0).exp();
+        assert!((density - 6.3943e-4).abs() < 5e-8);
+        assert!((loads.dynamic_pressure_pa - 5115.5).abs() < 0.5, "{}", loads.dynamic_pressure_pa);
+        assert!((loads.sensed_load_mps2 / STANDARD_GRAVITY_MPS2 - 4.4107).abs() < 1e-4, "{}", loads.sensed_load_mps2);
+        // 1.9027e-4 √(6.3943e-4/1.125) 4000³ = 2.9032e5 W/m².
+        assert!((loads.heat_flux_wpm2 - 2.9032e5).abs() < 1e1, "{}", loads.heat_flux_wpm2);
+        assert!((loads.mach - 4000.0 / (1.3 * 188.92 * 180.0_f64).sqrt()).abs() < 1e-12);
+    }
+}

@@ -9,6 +9,8 @@
 pub mod aero;
 pub mod atmosphere;
 pub mod entry;
+#[cfg(test)]
+mod golden_entries;
 pub mod gravity;
 pub mod loads;
 pub mod orbiter;
