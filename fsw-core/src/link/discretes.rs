@@ -1,0 +1,1 @@
+//! Discrete outputs of the hardware.

@@ -1,0 +1,360 @@
+//! Framing: value → postcard → CRC-32 → COBS → `0x00`, and back without any panic path.
+//!
+//! The decoder is our own because `cobs::decode_in_place` and postcard's framing flavours contain panic paths. It takes
+//! one byte at a time, never needs more than its fixed buffer, and starts afresh after every `0x00`, so that damage
+//! never outlives the frame it happened in.
+
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use postcard::experimental::max_size::MaxSize;
+use serde::{Deserialize, Serialize};
+
+use super::packet::{Downlink, Frame, RejectCounters, Uplink};
+
+/// Longest postcard encoding of a frame in either direction, bytes.
+pub const MAX_PAYLOAD: usize = {
+    let (up, down) = (Frame::<Uplink>::POSTCARD_MAX_SIZE, Frame::<Downlink>::POSTCARD_MAX_SIZE);
+    if up > down { up } else { down }
+};
+/// Bytes of the checksum behind the payload.
+pub const CRC_BYTES: usize = 4;
+/// Payload and checksum before stuffing, bytes.
+pub const MAX_BODY: usize = MAX_PAYLOAD + CRC_BYTES;
+/// Longest frame on the wire, with stuffing and delimiter, bytes.
+pub const MAX_FRAME: usize = wire_len(MAX_PAYLOAD);
+/// Ends every frame and occurs nowhere inside one.
+pub const DELIMITER: u8 = 0x00;
+
+/// COBS code of a full block of 254 bytes that no zero follows.
+const FULL_BLOCK: u8 = 0xFF;
+/// Data bytes of a full block.
+const FULL_BLOCK_BYTES: usize = 254;
+
+/// The CRC-32 of Ethernet and zip (reflected, polynomial 0x04C11DB7).
+pub(crate) static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Room for one encoded frame.
+pub type FrameBytes = [u8; MAX_FRAME];
+
+/// Largest number of bytes on the wire of a payload of `payload` bytes: checksum, one code byte per started block of
+/// 254 bytes, delimiter.
+#[must_use]
+pub const fn wire_len(payload: usize) -> usize {
+    let body = payload + CRC_BYTES;
+    body + body.div_ceil(FULL_BLOCK_BYTES) + 1
+}
+
+/// Why a value could not be encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum EncodeError {
+    /// It needs more than [`MAX_PAYLOAD`] bytes. Cannot happen to packets.
+    TooLong,
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the value needs more than the {MAX_PAYLOAD} bytes of a frame")
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+/// Why received bytes are no packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reject {
+    /// More bytes than any frame has, without a delimiter.
+    Overflow,
+    /// The stuffing is inconsistent: the frame ends inside a block.
+    Cobs,
+    /// The checksum does not match, or the frame is too short to hold one.
+    Crc,
+    /// The checksum matches but the bytes are no value of the expected type, or some are left over.
+    Decode,
+}
+
+impl fmt::Display for Reject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Overflow => "more bytes than a frame can have without a delimiter",
+            Self::Cobs => "byte stuffing is inconsistent",
+            Self::Crc => "checksum does not match",
+            Self::Decode => "not a packet of this protocol",
+        })
+    }
+}
+
+impl core::error::Error for Reject {}
+
+impl RejectCounters {
+    /// Counts a rejected frame under its cause.
+    pub fn count(&mut self, reject: Reject) {
+        let counter = match reject {
+            Reject::Overflow => &mut self.overflow,
+            Reject::Cobs => &mut self.cobs,
+            Reject::Crc => &mut self.crc,
+            Reject::Decode => &mut self.decode,
+        };
+        *counter = counter.saturating_add(1);
+    }
+}
+
+/// Encodes one packet in its envelope; the result lies at the start of `out` and includes the delimiter.
+///
+/// # Errors
+/// [`EncodeError::TooLong`] when the value does not fit, which [`MaxSize`] excludes for packets.
+pub fn encode_frame<'o, P: Serialize>(frame: &Frame<P>, out: &'o mut FrameBytes) -> Result<&'o [u8], EncodeError> {
+    encode(frame, out)
+}
+
+/// Encodes any value as a frame on the wire; the result lies at the start of `out` and includes the delimiter.
+///
+/// # Errors
+/// [`EncodeError::TooLong`] when the value needs more than [`MAX_PAYLOAD`] bytes.
+pub fn encode<'o, T: Serialize + ?Sized>(value: &T, out: &'o mut FrameBytes) -> Result<&'o [u8], EncodeError> {
+    let mut body = [0u8; MAX_BODY];
+    let payload_len = {
+        let room = body.get_mut(..MAX_PAYLOAD).ok_or(EncodeError::TooLong)?;
+        postcard::to_slice(value, room).map_err(|_| EncodeError::TooLong)?.len()
+    };
+    let (payload, rest) = body.split_at_mut_checked(payload_len).ok_or(EncodeError::TooLong)?;
+    let checksum = CRC32.checksum(payload).to_le_bytes();
+    rest.first_chunk_mut::<CRC_BYTES>().ok_or(EncodeError::TooLong)?.copy_from_slice(&checksum);
+    let body = body.get(..payload_len + CRC_BYTES).ok_or(EncodeError::TooLong)?;
+    let stuffed = cobs::try_encode(body, out).map_err(|_| EncodeError::TooLong)?;
+    *out.get_mut(stuffed).ok_or(EncodeError::TooLong)? = DELIMITER;
+    out.get(..=stuffed).ok_or(EncodeError::TooLong)
+}
+
+/// Decodes the payload of a frame whose checksum has been verified.
+///
+/// # Errors
+/// [`Reject::Decode`] when the bytes are no `T` or some are left over.
+pub fn decode<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Result<T, Reject> {
+    match postcard::take_from_bytes(payload) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(Reject::Decode),
+    }
+}
+
+/// Finds frames in a byte stream, one byte at a time.
+///
+/// Between two delimiters it is either collecting a frame or, after an overflow, skipping to the next delimiter.
+/// Every non-empty stretch between delimiters yields exactly one result, so accepted and rejected frames add up.
+/// Two delimiters in a row are no frame: a sender may send `0x00` at any time to flush damage.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    /// Unstuffed bytes so far.
+    body: [u8; MAX_BODY],
+    /// How many of them.
+    len: usize,
+    /// Data bytes still to come in the present block.
+    left_in_block: u8,
+    /// The present block stands for a zero if another one follows.
+    zero_follows: bool,
+    /// Where in the frame we are.
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// The last byte was a delimiter.
+    Empty,
+    /// Bytes of a frame are being collected.
+    Collecting,
+    /// Too long: reported, waiting for the delimiter.
+    Skipping,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Decoder {
+    /// A decoder at the start of a frame.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { body: [0; MAX_BODY], len: 0, left_in_block: 0, zero_follows: false, phase: Phase::Empty }
+    }
+
+    /// Takes one byte. `Some` when it ends a frame: its payload with verified checksum, or why it is none.
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], Reject>> {
+        if byte == DELIMITER {
+            return self.finish();
+        }
+        match self.phase {
+            Phase::Skipping => None,
+            Phase::Empty | Phase::Collecting => {
+                self.phase = Phase::Collecting;
+                if self.unstuff(byte).is_some() {
+                    return None;
+                }
+                self.phase = Phase::Skipping;
+                Some(Err(Reject::Overflow))
+            }
+        }
+    }
+
+    /// Takes a byte that is no delimiter; `None` when the buffer is full.
+    fn unstuff(&mut self, byte: u8) -> Option<()> {
+        if self.left_in_block > 0 {
+            self.left_in_block -= 1;
+            return self.append(byte);
+        }
+        let zero_precedes = self.zero_follows;
+        self.left_in_block = byte.wrapping_sub(1);
+        self.zero_follows = byte != FULL_BLOCK;
+        if zero_precedes { self.append(0) } else { Some(()) }
+    }
+
+    fn append(&mut self, byte: u8) -> Option<()> {
+        *self.body.get_mut(self.len)? = byte;
+        self.len += 1;
+        Some(())
+    }
+
+    /// Judges the frame that the delimiter ends and gets ready for the next.
+    fn finish(&mut self) -> Option<Result<&[u8], Reject>> {
+        let (phase, len, incomplete) = (self.phase, self.len, self.left_in_block > 0);
+        self.phase = Phase::Empty;
+        self.len = 0;
+        self.left_in_block = 0;
+        self.zero_follows = false;
+        match phase {
+            Phase::Empty | Phase::Skipping => None,
+            Phase::Collecting if incomplete => Some(Err(Reject::Cobs)),
+            Phase::Collecting => Some(verified_payload(self.body.get(..len).unwrap_or(&[]))),
+        }
+    }
+}
+
+/// The payload of payload and checksum, if they agree.
+fn verified_payload(body: &[u8]) -> Result<&[u8], Reject> {
+    let (payload, checksum) = body.split_last_chunk::<CRC_BYTES>().ok_or(Reject::Crc)?;
+    if CRC32.checksum(payload) == u32::from_le_bytes(*checksum) { Ok(payload) } else { Err(Reject::Crc) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::packet::{Imu, Pressure};
+    use crate::time::MissionTime;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn frame(sequence: u16) -> Frame<Uplink> {
+        let imu = Imu { delta_v_counts: [1, -2, 300_000], delta_theta_counts: [0, 0, -7], status: 0 };
+        Frame { sequence, time: MissionTime(20_000), packet: Uplink::Imu(imu) }
+    }
+
+    fn encoded<T: Serialize>(value: &T) -> Vec<u8> {
+        let mut out = [0; MAX_FRAME];
+        encode(value, &mut out).unwrap().to_vec()
+    }
+
+    fn results(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Vec<u8>, Reject>> {
+        bytes.iter().filter_map(|b| decoder.push(*b).map(|r| r.map(<[u8]>::to_vec))).collect()
+    }
+
+    #[test]
+    fn the_checksum_is_the_crc_32_of_ethernet() {
+        // Check value of the CRC catalogue for "123456789".
+        assert_eq!(CRC32.checksum(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn a_frame_comes_back_as_it_was_sent() {
+        let bytes = encoded(&frame(7));
+        assert_eq!(bytes.iter().filter(|b| **b == 0).count(), 1);
+        let payloads = results(&mut Decoder::new(), &bytes);
+        assert_eq!(payloads.len(), 1);
+        assert_eq!(decode::<Frame<Uplink>>(payloads[0].as_ref().unwrap()), Ok(frame(7)));
+    }
+
+    #[test]
+    fn delimiters_alone_are_no_frames() {
+        assert!(results(&mut Decoder::new(), &[0, 0, 0]).is_empty());
+    }
+
+    #[test]
+    fn a_frame_cut_off_inside_a_block_is_a_stuffing_error_and_the_next_is_good() {
+        let good = encoded(&frame(1));
+        let mut stream = good[..good.len() - 3].to_vec();
+        stream.push(0);
+        stream.extend_from_slice(&good);
+        let mut decoder = Decoder::new();
+        let got = results(&mut decoder, &stream);
+        assert_eq!(got[0], Err(Reject::Cobs));
+        assert!(got[1].is_ok());
+    }
+
+    #[test]
+    fn an_endless_frame_is_reported_once_and_ends_at_the_delimiter() {
+        let mut stream = std::vec![0x55; 10 * MAX_FRAME];
+        stream.push(0);
+        stream.extend_from_slice(&encoded(&frame(1)));
+        let got = results(&mut Decoder::new(), &stream);
+        assert_eq!(got[0], Err(Reject::Overflow));
+        assert!(got[1].is_ok());
+        assert_eq!(got.len(), 2);
+    }
+
+    #[test]
+    fn frames_too_short_for_a_checksum_are_rejected() {
+        for stream in [&[1u8, 0][..], &[2, 9, 0], &[4, 1, 2, 3, 0]] {
+            assert_eq!(results(&mut Decoder::new(), stream), [Err(Reject::Crc)], "{stream:?}");
+        }
+    }
+
+    #[test]
+    fn left_over_bytes_are_a_decode_error() {
+        let longer = encoded(&(frame(1), 0u8));
+        let payload = results(&mut Decoder::new(), &longer).remove(0).unwrap();
+        assert_eq!(decode::<Frame<Uplink>>(&payload), Err(Reject::Decode));
+    }
+
+    #[test]
+    fn the_other_direction_is_not_taken_for_ours() {
+        let up = Frame { sequence: 0, time: MissionTime(0), packet: Uplink::Pressure(Pressure::default()) };
+        let payload = results(&mut Decoder::new(), &encoded(&up)).remove(0).unwrap();
+        assert_eq!(decode::<Frame<Downlink>>(&payload), Err(Reject::Decode));
+    }
+
+    #[test]
+    fn a_value_beyond_the_frame_is_refused() {
+        let mut out = [0; MAX_FRAME];
+        assert_eq!(encode(&[0u8; MAX_PAYLOAD + 1][..].as_ref(), &mut out).err(), Some(EncodeError::TooLong));
+    }
+
+    proptest! {
+        /// Runs of zeros and of 254 and more non-zero bytes are the hard cases of COBS.
+        #[test]
+        fn any_payload_survives_stuffing(runs in prop::collection::vec((any::<bool>(), 1usize..300), 1..4)) {
+            let mut body: Vec<u8> = runs.iter().flat_map(|(zero, n)| {
+                std::iter::repeat_n(if *zero { 0u8 } else { 0xA5 }, *n)
+            }).collect();
+            body.truncate(MAX_PAYLOAD);
+            let checksum = CRC32.checksum(&body).to_le_bytes();
+            let mut framed = body.clone();
+            framed.extend_from_slice(&checksum);
+            let mut wire = std::vec![0u8; framed.len() + framed.len() / 254 + 2];
+            let len = cobs::try_encode(&framed, &mut wire).unwrap();
+            wire.truncate(len);
+            prop_assert!(len < wire_len(body.len()));
+            wire.push(0);
+            prop_assert_eq!(results(&mut Decoder::new(), &wire), std::vec![Ok(body)]);
+        }
+
+        #[test]
+        fn garbage_never_panics_and_gives_one_result_per_stretch(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+            let mut closed = bytes.clone();
+            closed.push(0);
+            let stretches = closed.split(|b| *b == 0).filter(|s| !s.is_empty()).count();
+            prop_assert_eq!(results(&mut Decoder::new(), &closed).len(), stretches);
+        }
+    }
+}
