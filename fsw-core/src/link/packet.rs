@@ -166,7 +166,7 @@ pub enum Command {
     ReadBack(BlockId),
     /// Validate all parameters and accept them if their digest is the one given; refused otherwise.
     Arm {
-        /// CRC-32 over the postcard bytes of all blocks, in the order of [`BlockId::ALL`].
+        /// CRC-32 over the postcard bytes of all blocks, in the order of [`crate::config::Config::blocks`].
         digest: u32,
     },
     /// Leave `Standby`; refused unless armed.
