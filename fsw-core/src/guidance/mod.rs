@@ -1,3 +1,320 @@
-//! Guidance: from the navigation estimate to a commanded bank angle.
+//! Guidance: from the navigation estimate to a commanded bank angle. Mode `paper` is the predictor-corrector of P4.
+//!
+//! * [`cycle`] the resumable 1 Hz computation: [`predictor`] flies the onboard model to the trigger, [`corrector`] finds
+//!   the bank that ends at the target, [`constraints`] bounds it. * [`course`], [`lateral`] on which side to bank.
+//! * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
+//!
+//! ```text
+//! frame 50 k        estimate ──► cycle starts: propagated to frame 50 (k+1) under the bank in force
+//! 50 k … 50 k + 48  a fixed quota of predictor steps in each frame
+//! frame 50 (k+1)    its bank magnitude takes effect, with the side from the estimate of that frame; next cycle starts
+//! ```
 
+pub mod constraints;
+pub mod corrector;
+pub mod course;
+pub mod cycle;
+pub mod heading;
+pub mod lateral;
+pub mod predictor;
 pub mod trigger;
+
+use crate::frames::{PlanetFixed, Vec3, surface_point};
+use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
+use crate::link::parameters::{
+    ConstraintParameters, ControlParameters, DeployParameters, GuidanceParameters, Target, TriggerKind,
+};
+use crate::math::num::{clamp, wrap_angle};
+use crate::model::OnboardModel;
+use crate::nav::Estimate;
+use crate::time::{FRAMES_PER_SECOND, MissionTime};
+
+use course::Course;
+use cycle::{Cycle, CycleContext, CycleResult, CycleStart, STEPS_PER_FRAME};
+use heading::{Alignment, AlignmentState};
+use predictor::Stop;
+
+/// Parameters and model that guidance flies with; the same in every frame of a flight.
+#[derive(Clone, Copy, Debug)]
+pub struct GuidanceContext<'a> {
+    /// The onboard model.
+    pub model: &'a OnboardModel,
+    /// The target.
+    pub target: &'a Target,
+    /// Parachute trigger.
+    pub deploy: &'a DeployParameters,
+    /// Guidance settings.
+    pub guidance: &'a GuidanceParameters,
+    /// Limits along the path.
+    pub constraints: &'a ConstraintParameters,
+    /// Bank control.
+    pub control: &'a ControlParameters,
+    /// Which trigger fires the parachute.
+    pub trigger: TriggerKind,
+}
+
+impl GuidanceContext<'_> {
+    /// Direction of the target, planet-fixed unit vector.
+    #[must_use]
+    pub fn target_p(&self) -> Vec3<PlanetFixed> {
+        surface_point(self.target.longitude_rad, self.target.latitude_rad)
+    }
+
+    fn cycle(&self) -> CycleContext<'_> {
+        CycleContext {
+            model: self.model,
+            guidance: self.guidance,
+            constraints: self.constraints,
+            control: self.control,
+            stop: Stop {
+                speed_mps: self.deploy.speed_mps,
+                radius_m: self.model.planet.radius_m + self.deploy.floor_altitude_m,
+                horizon_s: self.guidance.prediction_horizon_s,
+            },
+            target_p: self.target_p(),
+        }
+    }
+}
+
+/// Inputs of one minor frame.
+#[derive(Clone, Copy, Debug)]
+pub struct GuidanceInput<'a> {
+    /// Mission time of the frame.
+    pub now: MissionTime,
+    /// Index of the frame.
+    pub frame: u32,
+    /// Navigation estimate of the frame.
+    pub estimate: &'a Estimate,
+    /// Mode of the flight software.
+    pub mode: Mode,
+    /// Parameters and model.
+    pub context: GuidanceContext<'a>,
+}
+
+/// Outputs of one minor frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GuidanceOutput {
+    /// Commanded bank in force, rad.
+    pub bank_rad: f64,
+    /// Report, once a second in range control and heading alignment.
+    pub telemetry: Option<GuidanceTlm>,
+    /// A bank reversal was commanded: the new bank, rad.
+    pub reversal: Option<f64>,
+    /// The target has just gone out of reach: predicted downrange error, m.
+    pub unreachable_m: Option<f64>,
+}
+
+/// The guidance of one flight. Fixed size, no references; [`Guidance::advance`] is a pure function of it and its input.
+#[derive(Clone, Debug)]
+pub struct Guidance {
+    command_rad: f64,
+    /// Side banked to, +1 right, −1 left, 0 before range control.
+    side: f64,
+    cycle: Option<Cycle>,
+    cycles: u32,
+    second: u32,
+    reversals: u8,
+    out_of_reach: bool,
+    alignment: Alignment,
+}
+
+impl Default for Guidance {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Guidance {
+    /// Guidance before a flight.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            command_rad: 0.0,
+            side: 0.0,
+            cycle: None,
+            cycles: 0,
+            second: 0,
+            reversals: 0,
+            out_of_reach: false,
+            alignment: Alignment::default(),
+        }
+    }
+
+    /// Bank reversals commanded so far.
+    #[must_use]
+    pub fn reversals(&self) -> u8 {
+        self.reversals
+    }
+
+    /// One minor frame. The cost is bounded: [`STEPS_PER_FRAME`] predictor steps and a little more.
+    ///
+    /// `Standby` and `Coast` hold the initial bank, `RangeControl` runs cycles, `HeadingAlignment` steers in every frame,
+    /// `DegradedRangeControl` keeps the last command, `DegradedHeadingAlignment` flies lift-up, `Deployed` commands zero.
+    pub fn advance(&mut self, input: &GuidanceInput<'_>) -> GuidanceOutput {
+        // A frame that was skipped must not cost a cycle: the first frame of a new second stands in for it.
+        let second = input.frame / FRAMES_PER_SECOND;
+        let on_the_second = input.frame.is_multiple_of(FRAMES_PER_SECOND) || second > self.second;
+        self.second = second;
+        let mut output = GuidanceOutput::default();
+        match input.mode {
+            Mode::Standby | Mode::Coast => self.command_rad = wrap_angle(input.context.control.initial_bank_rad),
+            Mode::RangeControl => self.range_control(input, on_the_second, &mut output),
+            Mode::HeadingAlignment => self.heading_alignment(input, on_the_second, &mut output),
+            Mode::DegradedRangeControl => self.cycle = None,
+            Mode::DegradedHeadingAlignment | Mode::Deployed => self.command_rad = 0.0,
+        }
+        if !matches!(input.mode, Mode::RangeControl) {
+            self.cycle = None;
+        }
+        output.bank_rad = self.command_rad;
+        output
+    }
+
+    /// Range control: cycles of one second.
+    fn range_control(&mut self, input: &GuidanceInput<'_>, on_the_second: bool, output: &mut GuidanceOutput) {
+        let context = input.context.cycle();
+        if on_the_second {
+            if self.side == 0.0 {
+                self.side = if self.command_rad < 0.0 { -1.0 } else { 1.0 };
+            }
+            let ended = self.cycle.take();
+            let course = usable_course(input.estimate);
+            if let Some(course) = &course {
+                let result = ended.as_ref().and_then(|cycle| cycle.result(input.context.constraints));
+                if let Some(result) = &result {
+                    self.take_effect(result, course, input, output);
+                }
+                if let Some(cycle) = &ended {
+                    output.telemetry = Some(self.report(cycle, result.as_ref(), course, input));
+                }
+                self.cycle = Some(Cycle::new(&self.cycle_start(input), input.context.guidance));
+            } else {
+                output.telemetry = Some(self.held(input));
+            }
+            self.cycles = self.cycles.saturating_add(1);
+        }
+        if let Some(cycle) = &mut self.cycle {
+            cycle.advance(STEPS_PER_FRAME, &context);
+        }
+    }
+
+    fn cycle_start(&self, input: &GuidanceInput<'_>) -> CycleStart {
+        let ([x, y, z], [vx, vy, vz]) = (input.estimate.r_p.to_array(), input.estimate.v_p.to_array());
+        CycleStart {
+            state: [x, y, z, vx, vy, vz],
+            bank_rad: wrap_angle(input.estimate.bank_rad),
+            bank_rate_radps: input.estimate.bank_rate_radps,
+            command_rad: self.command_rad,
+            side: self.side,
+            frames_to_effect: FRAMES_PER_SECOND - input.frame % FRAMES_PER_SECOND,
+        }
+    }
+
+    /// The command of an ended cycle: its magnitude, on the side that the lateral logic wants now.
+    fn take_effect(
+        &mut self,
+        result: &CycleResult,
+        course: &Course,
+        input: &GuidanceInput<'_>,
+        output: &mut GuidanceOutput,
+    ) {
+        let offset_m = course.heading_offset_m(&input.context.target_p(), input.context.model.planet.radius_m);
+        let threshold_m = lateral::threshold_m(input.estimate.speed_mps, input.context.guidance);
+        let side = lateral::side(self.side, offset_m, threshold_m);
+        self.command_rad = side * result.bank_rad;
+        if side != self.side {
+            self.side = side;
+            self.reversals = self.reversals.saturating_add(1);
+            output.reversal = Some(self.command_rad);
+        }
+        let out_of_reach = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long);
+        if out_of_reach && !self.out_of_reach {
+            output.unreachable_m = Some(result.error_m);
+        }
+        self.out_of_reach = out_of_reach;
+    }
+
+    /// Heading alignment: a new command in every frame, a report once a second.
+    fn heading_alignment(&mut self, input: &GuidanceInput<'_>, on_the_second: bool, output: &mut GuidanceOutput) {
+        let (estimate, context) = (input.estimate, &input.context);
+        let target_p = context.target_p();
+        let course = usable_course(estimate);
+        if course.is_some() {
+            let state = AlignmentState {
+                r_p: &estimate.r_p,
+                v_p: &estimate.v_p,
+                target_p: &target_p,
+                log_density: estimate.log_density,
+            };
+            if let Some(bank_rad) = self.alignment.command(&state, context.model, context.guidance) {
+                self.command_rad = bank_rad;
+            }
+        }
+        if on_the_second {
+            self.cycles = self.cycles.saturating_add(1);
+            output.telemetry = Some(match &course {
+                Some(course) => GuidanceTlm { outcome: CycleOutcome::Alignment, ..self.where_we_are(course, input) },
+                None => self.held(input),
+            });
+        }
+    }
+
+    /// The report of an ended cycle; `Held` when it found nothing.
+    fn report(
+        &self,
+        cycle: &Cycle,
+        result: Option<&CycleResult>,
+        course: &Course,
+        input: &GuidanceInput<'_>,
+    ) -> GuidanceTlm {
+        let count = |n: usize| u8::try_from(n).unwrap_or(u8::MAX);
+        let common = GuidanceTlm {
+            iterations: count(cycle.iterations()),
+            predictions: count(cycle.predictions()),
+            evaluations: cycle.evaluations(),
+            ..self.where_we_are(course, input)
+        };
+        let Some(result) = result else { return GuidanceTlm { outcome: CycleOutcome::Held, ..common } };
+        GuidanceTlm {
+            predicted_downrange_error_m: result.error_m,
+            outcome: result.outcome,
+            margins: result.peaks.margins(input.context.constraints).map(single),
+            ..common
+        }
+    }
+
+    /// The part of a report that needs no prediction.
+    fn where_we_are(&self, course: &Course, input: &GuidanceInput<'_>) -> GuidanceTlm {
+        let (target_p, radius_m) = (input.context.target_p(), input.context.model.planet.radius_m);
+        GuidanceTlm {
+            range_to_go_m: course.range_m(&target_p, radius_m),
+            heading_offset_m: course.heading_offset_m(&target_p, radius_m),
+            heading_threshold_m: lateral::threshold_m(input.estimate.speed_mps, input.context.guidance),
+            ..self.held(input)
+        }
+    }
+
+    /// A report that says only which command is held.
+    fn held(&self, input: &GuidanceInput<'_>) -> GuidanceTlm {
+        GuidanceTlm {
+            cycle: self.cycles,
+            effective: input.now,
+            bank_rad: self.command_rad,
+            outcome: CycleOutcome::Held,
+            reversals: self.reversals,
+            ..GuidanceTlm::default()
+        }
+    }
+}
+
+/// The course of an estimate that may be steered by.
+fn usable_course(estimate: &Estimate) -> Option<Course> {
+    let finite = estimate.bank_rad.is_finite() && estimate.bank_rate_radps.is_finite();
+    if estimate.valid && finite { Course::new(&estimate.r_p, &estimate.v_p) } else { None }
+}
+
+/// A margin for the report, brought into a range that single precision holds.
+#[allow(clippy::cast_possible_truncation)] // bounded just before
+fn single(margin: f64) -> f32 {
+    clamp(margin, -1e6, 1.0) as f32
+}

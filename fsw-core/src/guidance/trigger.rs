@@ -8,6 +8,13 @@
 use crate::frames::{PlanetFixed, Vec3};
 use crate::link::packet::DeployCause;
 use crate::link::parameters::{DeployParameters, TriggerKind};
+use crate::math::fun::exp;
+use crate::model::OnboardModel;
+use crate::model::loads::dynamic_pressure_pa;
+use crate::nav::Estimate;
+
+use super::GuidanceContext;
+use super::heading::bounded_log_density;
 
 /// What the trigger looks at, all of it estimated on board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +31,29 @@ pub struct TriggerState {
     pub dynamic_pressure_pa: f64,
 }
 
+impl TriggerState {
+    /// What the trigger looks at, from the estimate and the onboard model in the air that navigation found.
+    #[must_use]
+    pub fn of(estimate: &Estimate, model: &OnboardModel) -> Self {
+        let (altitude_m, speed_mps) = (estimate.altitude_m, estimate.speed_mps);
+        let density = model.atmosphere.density(altitude_m) * exp(bounded_log_density(estimate.log_density));
+        Self {
+            r_p: estimate.r_p,
+            v_p: estimate.v_p,
+            altitude_m,
+            mach: model.mach(altitude_m, speed_mps),
+            dynamic_pressure_pa: dynamic_pressure_pa(density, speed_mps),
+        }
+    }
+}
+
+/// Decides from the navigation estimate whether the parachute fires in this frame; see [`decide`].
+#[must_use]
+pub fn evaluate(estimate: &Estimate, context: &GuidanceContext<'_>) -> Option<DeployCause> {
+    let state = TriggerState::of(estimate, context.model);
+    decide(&state, &context.target_p(), context.trigger, context.deploy)
+}
+
 /// Decides whether the parachute fires now. `target_p` is the direction of the target, planet-fixed.
 ///
 /// * Speed trigger: planet-relative speed at or below `speed_mps`.
@@ -33,7 +63,7 @@ pub struct TriggerState {
 /// A state that is not finite fires nothing: neither trigger nor floor can be read from it. An estimate that is merely
 /// doubtful is still used, because a parachute that never opens loses the vehicle for certain.
 #[must_use]
-pub fn evaluate(
+pub fn decide(
     state: &TriggerState,
     target_p: &Vec3<PlanetFixed>,
     kind: TriggerKind,
@@ -110,7 +140,7 @@ mod tests {
     }
 
     fn fires(kind: TriggerKind, s: &(TriggerState, Vec3<PlanetFixed>)) -> Option<DeployCause> {
-        evaluate(&s.0, &s.1, kind, &DEPLOY)
+        decide(&s.0, &s.1, kind, &DEPLOY)
     }
 
     #[test]
@@ -133,7 +163,7 @@ mod tests {
         let with = |change: fn(&mut TriggerState)| {
             let mut changed = s;
             change(&mut changed);
-            evaluate(&changed, &target, TriggerKind::Speed, &DEPLOY)
+            decide(&changed, &target, TriggerKind::Speed, &DEPLOY)
         };
         assert_eq!(with(|s| s.altitude_m = 13.1e3), None);
         assert_eq!(with(|s| s.mach = 2.3), None);
@@ -150,7 +180,7 @@ mod tests {
         s.mach = 5.0;
         s.dynamic_pressure_pa = 5e3;
         for kind in [TriggerKind::Speed, TriggerKind::Range] {
-            assert_eq!(evaluate(&s, &target, kind, &DEPLOY), Some(DeployCause::Floor));
+            assert_eq!(decide(&s, &target, kind, &DEPLOY), Some(DeployCause::Floor));
         }
     }
 
@@ -158,10 +188,10 @@ mod tests {
     fn a_state_that_is_not_finite_fires_nothing() {
         let (mut s, target) = state(300.0, 0.0);
         s.altitude_m = f64::NAN;
-        assert_eq!(evaluate(&s, &target, TriggerKind::Speed, &DEPLOY), None);
+        assert_eq!(decide(&s, &target, TriggerKind::Speed, &DEPLOY), None);
         // An unreadable Mach number or pressure cannot hold the parachute back.
         s.altitude_m = 8e3;
         s.mach = f64::NAN;
-        assert_eq!(evaluate(&s, &target, TriggerKind::Speed, &DEPLOY), Some(DeployCause::Trigger));
+        assert_eq!(decide(&s, &target, TriggerKind::Speed, &DEPLOY), Some(DeployCause::Trigger));
     }
 }

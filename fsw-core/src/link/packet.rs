@@ -408,6 +408,8 @@ pub enum CycleOutcome {
     Alignment,
     /// The estimate is not usable: last command kept.
     Held,
+    /// A limit of load, heat flux or dynamic pressure bounds the bank; the target is missed by the predicted error.
+    Constrained,
 }
 
 /// Number of schedule slots that report their cost.

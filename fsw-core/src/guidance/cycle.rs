@@ -1,0 +1,279 @@
+//! One guidance cycle as a resumable computation: propagate to the instant of effect, predict, correct, check constraints.
+//!
+//! A cycle starts on a whole second, is advanced by [`STEPS_PER_FRAME`] Runge–Kutta steps in each minor frame, and its
+//! result acts at the next whole second, converged or best so far. Nothing of it depends on how it was sliced.
+
+use crate::control;
+use crate::frames::{PlanetFixed, Vec3};
+use crate::link::packet::CycleOutcome;
+use crate::link::parameters::{ConstraintParameters, ControlParameters, GuidanceParameters};
+use crate::math::fun::{sin_cos, sqrt};
+use crate::math::num::{clamp, wrap_angle};
+use crate::math::rk4;
+use crate::model::OnboardModel;
+use crate::model::entry::cartesian_rates;
+use crate::time::{FRAME, FRAMES_PER_SECOND};
+
+use super::constraints::Peaks;
+use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
+use super::predictor::{EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, PathEnd, Prediction, State, Stop};
+
+/// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
+pub const MAX_EVALUATIONS: u16 = 2400;
+/// Runge–Kutta steps in one minor frame.
+pub const STEPS_PER_FRAME: u32 = 14;
+/// Minor frames that one step of the propagation to the instant of effect covers.
+const PROPAGATION_FRAMES: u32 = 10;
+/// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
+const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.25, 20.0);
+
+// The frame before the effect must not be needed: 48 frames finish even the longest cycle.
+const _: () =
+    assert!(STEPS_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 >= MAX_EVALUATIONS as u32);
+
+/// What a cycle needs besides its own state; the same in every frame of a flight.
+#[derive(Clone, Copy, Debug)]
+pub struct CycleContext<'a> {
+    /// The model that predictions fly.
+    pub model: &'a OnboardModel,
+    /// Guidance settings.
+    pub guidance: &'a GuidanceParameters,
+    /// Limits along the path.
+    pub constraints: &'a ConstraintParameters,
+    /// Bank control, flown ahead to the instant of effect.
+    pub control: &'a ControlParameters,
+    /// Where predictions end.
+    pub stop: Stop,
+    /// Direction of the target, planet-fixed unit vector.
+    pub target_p: Vec3<PlanetFixed>,
+}
+
+/// Where a cycle starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CycleStart {
+    /// Position and planet-relative velocity now, planet-fixed axes.
+    pub state: State,
+    /// Bank now, rad.
+    pub bank_rad: f64,
+    /// Bank rate now, rad/s.
+    pub bank_rate_radps: f64,
+    /// Commanded bank in force until the instant of effect, rad.
+    pub command_rad: f64,
+    /// Side to predict on, +1 right or −1 left.
+    pub side: f64,
+    /// Minor frames until the result takes effect.
+    pub frames_to_effect: u32,
+}
+
+/// What a cycle found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CycleResult {
+    /// Bank magnitude, rad.
+    pub bank_rad: f64,
+    /// Downrange error predicted for it, m, positive beyond the target.
+    pub error_m: f64,
+    /// Peaks of the loads on the predicted path nearest to it.
+    pub peaks: Peaks,
+    /// How the search ended.
+    pub outcome: CycleOutcome,
+}
+
+/// One predicted flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Flown {
+    sample: Sample,
+    peaks: Peaks,
+}
+
+/// A guidance cycle under way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cycle {
+    start: CycleStart,
+    frames_left: u32,
+    corrector: Corrector,
+    flying: Option<(f64, Prediction)>,
+    flown: heapless::Vec<Flown, MAX_PREDICTIONS>,
+    evaluations: u16,
+    finished: bool,
+}
+
+impl Cycle {
+    /// A cycle that has not computed anything yet.
+    #[must_use]
+    pub fn new(start: &CycleStart, guidance: &GuidanceParameters) -> Self {
+        let search = Search {
+            min_bank_rad: guidance.min_bank_rad,
+            max_bank_rad: guidance.max_bank_rad,
+            first_bank_rad: start.command_rad,
+            increment_rad: guidance.bank_increment_rad,
+            tolerance_m: guidance.tolerance_m,
+            max_iterations: guidance.max_iterations,
+        };
+        Self {
+            start: *start,
+            frames_left: start.frames_to_effect,
+            corrector: Corrector::new(&search),
+            flying: None,
+            flown: heapless::Vec::new(),
+            evaluations: 0,
+            finished: false,
+        }
+    }
+
+    /// Computes on, at most `steps` Runge–Kutta steps.
+    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>) {
+        for _ in 0..steps {
+            if self.finished {
+                return;
+            }
+            if self.frames_left > 0 {
+                self.propagate(context);
+            } else {
+                self.predict(context);
+            }
+        }
+    }
+
+    /// One step towards the instant of effect, under the bank that control will fly meanwhile.
+    fn propagate(&mut self, context: &CycleContext<'_>) {
+        let frames = self.frames_left.min(PROPAGATION_FRAMES);
+        let bank_before = self.start.bank_rad;
+        let frame_s = FRAME.as_s();
+        for _ in 0..frames {
+            let s = &mut self.start;
+            let demand = control::step(s.bank_rad, s.bank_rate_radps, s.command_rad, context.control);
+            s.bank_rad += (s.bank_rate_radps + 0.5 * demand.accel_radps2 * frame_s) * frame_s;
+            s.bank_rate_radps = demand.rate_radps;
+        }
+        let step_s = f64::from(frames) * frame_s;
+        let rate = (self.start.bank_rad - bank_before) / step_s;
+        self.start.state = rk4(&self.start.state, step_s, |offset_s, state| {
+            let (sin_bank, cos_bank) = sin_cos(wrap_angle(bank_before + rate * offset_s));
+            cartesian_rates(context.model, state, cos_bank, sin_bank)
+        });
+        self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
+        self.frames_left -= frames;
+    }
+
+    /// One step of the prediction under way, or of the next one; finishes the cycle when none is left to make.
+    fn predict(&mut self, context: &CycleContext<'_>) {
+        let Some((cos_bank, mut prediction)) = self.flying.or_else(|| self.take_off(context)) else {
+            self.finished = true;
+            return;
+        };
+        if self.evaluations.saturating_add(EVALUATIONS_PER_STEP) > MAX_EVALUATIONS {
+            self.finished = true;
+            return;
+        }
+        let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
+        let end =
+            prediction.step(context.model, clamp(context.guidance.predictor_step_s, shortest, longest), &context.stop);
+        self.evaluations += EVALUATIONS_PER_STEP;
+        match end {
+            None => self.flying = Some((cos_bank, prediction)),
+            Some(end) => self.land(cos_bank, &end, context),
+        }
+    }
+
+    /// Starts the next prediction, if there is one to make and evaluations to make it with.
+    fn take_off(&mut self, context: &CycleContext<'_>) -> Option<(f64, Prediction)> {
+        if self.evaluations.saturating_add(EVALUATIONS_TO_START) > MAX_EVALUATIONS || self.flown.is_full() {
+            return None;
+        }
+        let cos_bank = self.corrector.next().or_else(|| self.relief_to_try(context))?;
+        let sin_bank = self.start.side * sqrt(clamp(1.0 - cos_bank * cos_bank, 0.0, 1.0));
+        self.evaluations += EVALUATIONS_TO_START;
+        Some((cos_bank, Prediction::start(context.model, &self.start.state, cos_bank, sin_bank)))
+    }
+
+    /// Notes what a prediction found; a path without a downrange error ends the cycle with what there is.
+    fn land(&mut self, cos_bank: f64, end: &PathEnd, context: &CycleContext<'_>) {
+        self.flying = None;
+        let [x, y, z, ..] = self.start.state;
+        match end.downrange_error_m(&Vec3::new(x, y, z), &context.target_p, context.model.planet.radius_m) {
+            None => self.finished = true,
+            Some(error_m) => {
+                let sample = Sample { cos_bank, error_m };
+                if self.corrector.next().is_some() {
+                    self.corrector.take(sample);
+                }
+                let _ = self.flown.push(Flown { sample, peaks: end.peaks });
+            }
+        }
+    }
+
+    /// The prediction that best answers the search, with its outcome.
+    fn best(&self) -> Option<(Flown, CycleOutcome)> {
+        let (best, outcome) = self.corrector.best()?;
+        let flown = self.flown.iter().find(|f| f.sample == best)?;
+        Some((*flown, outcome))
+    }
+
+    /// When the best bank would exceed a limit and nothing with more lift up has been flown yet: the most lift allowed.
+    fn relief_to_try(&self, context: &CycleContext<'_>) -> Option<f64> {
+        let (best, _) = self.best()?;
+        let exceeds = best.peaks.worst_use(context.constraints) > 1.0;
+        let most_lift = self.corrector.most_lift();
+        let known = self.flown.iter().any(|f| f.sample.cos_bank > best.sample.cos_bank);
+        (exceeds && !known && best.sample.cos_bank < most_lift).then_some(most_lift)
+    }
+
+    /// True when nothing is left to compute.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.finished
+    }
+
+    /// The result so far; `None` when no prediction was completed.
+    ///
+    /// A bank that would exceed a limit is replaced by the smaller bank at which the limit is met, found on the straight
+    /// line (in cos σ) to the gentlest path with more lift up; where no such path is gentler, the limit cannot be helped
+    /// by bank and the range solution stands.
+    #[must_use]
+    pub fn result(&self, constraints: &ConstraintParameters) -> Option<CycleResult> {
+        let (best, outcome) = self.best()?;
+        let unbounded = CycleResult {
+            bank_rad: bank_of(best.sample.cos_bank),
+            error_m: best.sample.error_m,
+            peaks: best.peaks,
+            outcome,
+        };
+        let used = best.peaks.worst_use(constraints);
+        if used <= 1.0 {
+            return Some(unbounded);
+        }
+        let gentler = self.flown.iter().filter(|f| f.sample.cos_bank > best.sample.cos_bank);
+        let relief =
+            gentler.reduce(|a, b| if b.peaks.worst_use(constraints) < a.peaks.worst_use(constraints) { b } else { a });
+        let Some(relief) = relief else { return Some(unbounded) };
+        let relief_used = relief.peaks.worst_use(constraints);
+        if relief_used >= used {
+            return Some(unbounded);
+        }
+        let share = clamp((used - 1.0) / (used - relief_used), 0.0, 1.0);
+        Some(CycleResult {
+            bank_rad: bank_of(best.sample.cos_bank + share * (relief.sample.cos_bank - best.sample.cos_bank)),
+            error_m: best.sample.error_m + share * (relief.sample.error_m - best.sample.error_m),
+            peaks: if share > 0.5 { relief.peaks } else { best.peaks },
+            outcome: CycleOutcome::Constrained,
+        })
+    }
+
+    /// Evaluations of the equations of motion so far.
+    #[must_use]
+    pub fn evaluations(&self) -> u16 {
+        self.evaluations
+    }
+
+    /// Predictions completed.
+    #[must_use]
+    pub fn predictions(&self) -> usize {
+        self.flown.len()
+    }
+
+    /// Secant iterations made.
+    #[must_use]
+    pub fn iterations(&self) -> usize {
+        self.corrector.iterations()
+    }
+}
