@@ -2,6 +2,10 @@
 //!
 //! `libm::sqrt` is a software routine (91 instructions on a Cortex-M7); the FPU instruction is correctly rounded
 //! by IEEE 754, hence gives the same bits everywhere. This crate holds the only `unsafe` code that flies.
+//!
+//! The stable compiler does not show the features `vfp2` and `d` to `cfg`, so the choice is by architecture and ABI. Built for a
+//! processor without double precision (a forgotten `target-cpu=cortex-m7`), the instruction does not assemble: better than
+//! silently flying soft-float.
 #![no_std]
 
 /// Square root of `x`; NaN for negative `x`, `-0.0` for `-0.0`. Correctly rounded on every target.
@@ -11,18 +15,18 @@ pub fn sqrt(x: f64) -> f64 {
     imp(x)
 }
 
-#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline(always)]
 fn imp(x: f64) -> f64 {
     let y: f64;
     // SAFETY: VSQRT.F64 reads one double register and writes another; no memory, no flags, no stack.
     unsafe {
-        core::arch::asm!("vsqrt.f64 {y:P}, {x:P}", x = in(dreg) x, y = lateout(dreg) y, options(pure, nomem, nostack))
+        core::arch::asm!("vsqrt.f64 {y}, {x}", x = in(dreg_low16) x, y = lateout(dreg_low16) y, options(pure, nomem, nostack))
     };
     y
 }
 
-#[cfg(all(target_arch = "riscv64", target_feature = "d"))]
+#[cfg(target_arch = "riscv64")]
 #[inline(always)]
 fn imp(x: f64) -> f64 {
     let y: f64;
@@ -42,11 +46,7 @@ fn imp(x: f64) -> f64 {
     }
 }
 
-#[cfg(not(any(
-    all(target_arch = "arm", target_feature = "vfp2"),
-    all(target_arch = "riscv64", target_feature = "d"),
-    target_arch = "x86_64"
-)))]
+#[cfg(not(any(all(target_arch = "arm", target_abi = "eabihf"), target_arch = "riscv64", target_arch = "x86_64")))]
 #[inline(always)]
 fn imp(x: f64) -> f64 {
     libm::sqrt(x)
