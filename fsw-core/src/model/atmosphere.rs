@@ -12,6 +12,7 @@ pub struct Atmosphere {
     law: Law,
     /// Heat ratio times gas constant: the square of the speed of sound per kelvin.
     sound_square_per_k: f64,
+    gas_constant_jpkgk: f64,
 }
 
 /// Density and temperature against altitude.
@@ -54,7 +55,7 @@ impl Atmosphere {
         let sound_square_per_k = positive("gas constant (J/(kg K))", parameters.gas_constant_jpkgk)?
             * positive("ratio of specific heats", parameters.heat_ratio)?;
         let law = if rows.is_empty() { Law::exponential(parameters)? } else { Law::table(rows)? };
-        Ok(Self { law, sound_square_per_k })
+        Ok(Self { law, sound_square_per_k, gas_constant_jpkgk: parameters.gas_constant_jpkgk })
     }
 
     /// Density, kg/m³.
@@ -132,6 +133,12 @@ impl Atmosphere {
     #[must_use]
     pub fn speed_of_sound_mps(&self, altitude_m: f64) -> f64 {
         self.speed_of_sound(altitude_m)
+    }
+
+    /// Specific gas constant, J/(kg·K).
+    #[must_use]
+    pub fn gas_constant_jpkgk(&self) -> f64 {
+        self.gas_constant_jpkgk
     }
 
     /// Static pressure, Pa, by the gas law; the heat ratio divides the square of the speed of sound.

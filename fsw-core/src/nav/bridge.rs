@@ -19,7 +19,7 @@ pub(super) struct Bridge {
 
 /// Variances that one bridged frame adds, per axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct BridgeNoise {
+pub struct BridgeNoise {
     /// Of the velocity, (m/s)².
     pub velocity: f64,
     /// Of the attitude, rad².

@@ -1,14 +1,15 @@
 //! Navigation: where the vehicle is, how it moves and how it is banked.
 //!
+//! * [`Navigator`] the entry point: one `step` per minor frame in any of the three navigation modes.
 //! * [`Estimate`] what it tells the rest. * [`strapdown`] integration of the inertial increments.
 //! * [`filter`] the error-state filter around it: covariance, measurements, corrections.
 
-#[allow(dead_code)] // until the navigator is wired
 mod bridge;
-#[allow(dead_code)] // until the navigator is wired
 mod estimate;
 pub mod filter;
+mod navigator;
 pub mod strapdown;
 
-pub use bridge::MAX_BRIDGED_FRAMES;
+pub use bridge::{BridgeNoise, MAX_BRIDGED_FRAMES};
 pub use estimate::Estimate;
+pub use navigator::{MAX_POSITION_SIGMA_M, NavContext, NavCounters, Navigator};

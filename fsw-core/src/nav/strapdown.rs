@@ -1,10 +1,10 @@
 //! Strapdown integration of attitude, velocity and position in inertial axes from the increments of one frame.
 //!
-//! Two-sample algorithms (the increments of the frame before stand in for the slope within this one), after
-//! Savage 1998, parts 1 and 2: coning to Δθ₋₁×Δθ/12, sculling to (Δθ₋₁×Δv + Δv₋₁×Δθ)/12, rotation of the specific
-//! force within the frame to second order, which a bank turn at 20°/s and 9 g needs (4 mm/s in 5 s without it).
-
-use nalgebra::Vector3;
+//! The unit hands over the rotation of a frame as a rotation vector (`doc/icd.md`): its coning is integrated already, so the
+//! quaternion takes it as it is, and a coning term added here would count it twice. The velocity increment is the integral of
+//! the specific force in turning axes; bringing it to the axes of the frame's start takes the rotation within the frame to second
+//! order (a bank turn of 20°/s at 9 g would lose 4 mm/s in 5 s without it) and the two-sample sculling term, in which the
+//! increments of the frame before stand in for the slope within this one (Savage 1998, part 2).
 
 use crate::frames::{Body, Inertial, Rot, Vec3};
 use crate::model::gravity;
@@ -15,7 +15,7 @@ use crate::planet::Planet;
 pub struct Increments {
     /// ∫ specific force dt, m/s.
     pub delta_v_b: Vec3<Body>,
-    /// ∫ body rate dt, rad.
+    /// Rotation over the frame as a rotation vector: body axes at its end seen from those at its start, rad.
     pub delta_theta_b: Vec3<Body>,
 }
 
@@ -85,17 +85,10 @@ impl Strapdown {
 
         state.r_i += state.v_i * dt_s + delta_total * (0.5 * dt_s);
         state.v_i += delta_total;
-        let turn = Rot::<Body, Body>::from_rotation_vector(&rotation_vector(now, &before));
+        let turn = Rot::<Body, Body>::from_rotation_vector(now.delta_theta_b.components());
         state.attitude_bi = turn.then(&state.attitude_bi).normalised();
         StepRecord { delta_v_i, acceleration_i: delta_total * (1.0 / dt_s) }
     }
-}
-
-/// Rotation vector of the frame from angle increments: Δθ + Δθ₋₁×Δθ/12 (exact for a rate linear in time, to third order).
-fn rotation_vector(now: &Increments, before: &Increments) -> Vector3<f64> {
-    let theta = &now.delta_theta_b;
-    let coning = before.delta_theta_b.cross(theta) * (1.0 / 12.0);
-    *(*theta + coning).components()
 }
 
 /// Velocity increment in the body axes of the frame's start:

@@ -1,1 +1,287 @@
-//! Error-state filter.
+//! [`Filter`]: the error-state extended Kalman filter with considered (Schmidt) states around the strapdown solution.
+//!
+//! Windows of [`FRAMES_PER_EPOCH`] frames. While window k flies, its transition is accumulated and its measurements are queued as
+//! innovations against the nominal state of their own frames; meanwhile the covariance of the window before is worked on in
+//! slices, one per frame:
+//!
+//! | frame of the window | work on the epoch that ended the window before |
+//! |---|---|
+//! | 1 | prediction, Φ on columns |
+//! | 2 | prediction, Φ on rows, process noise |
+//! | 3 | positive definiteness checked |
+//! | 4, 5 | scalar updates, [`UPDATES_PER_FRAME`] at most in each |
+//!
+//! At the end of frame 5 the correction found for the old epoch is carried to the present by the transition of the window
+//! just flown and added to the nominal state: 0.1 s late, but exact to first order, and no frame costs much more than another.
+
+pub mod covariance;
+pub mod layout;
+pub mod measurement;
+pub mod pressure;
+pub mod radio;
+pub mod transition;
+
+use covariance::{Covariance, ProcessNoise};
+use layout::{
+    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ALL, ATTITUDE, AXES, ESTIMATED, Estimated,
+    Full, GYRO_BIAS, GYRO_SCALE, LOG_DENSITY, POSITION, PRESSURE_OFFSET, PRESSURE_SCALE, VELOCITY,
+};
+use measurement::{Observation, Queue, UpdateRule, update};
+use transition::{FrameStep, Transition};
+
+use super::bridge::BridgeNoise;
+use super::strapdown::Nominal;
+use crate::frames::{Inertial, Rot, Vec3};
+use crate::link::packet::{COVARIANCE_ELEMENTS, Innovation, MAX_INNOVATIONS, Verdict};
+use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
+use crate::math::fun::{exp, sqrt};
+use crate::math::num::abs;
+use crate::planet::Planet;
+
+/// Minor frames from epoch to epoch: the filter runs at 10 Hz.
+pub const FRAMES_PER_EPOCH: u8 = 5;
+/// Scalar updates in one frame, at most; two frames of a window hold as many as can be queued.
+pub const UPDATES_PER_FRAME: usize = MAX_INNOVATIONS.div_ceil(2);
+
+/// What the filter has learned besides position, velocity and attitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Learned {
+    /// Accelerometer bias, body axes, m/s².
+    pub accelerometer_bias_mps2: [f64; 3],
+    /// Gyro bias, body axes, rad/s.
+    pub gyro_bias_radps: [f64; 3],
+    /// Logarithm of density over the onboard model.
+    pub log_density: f64,
+}
+
+/// Uncertainty as of the last finished epoch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Uncertainty {
+    /// Lower triangle, row by row, of the covariance of position and velocity.
+    pub covariance: [f64; COVARIANCE_ELEMENTS],
+    /// Attitude, rad.
+    pub attitude_sigma_rad: [f64; 3],
+    /// Log-density.
+    pub log_density_sigma: f64,
+    /// Largest standard deviation of position along an axis, m.
+    pub position_sigma_m: f64,
+}
+
+/// The filter and all its work space, used in place.
+#[derive(Clone, Debug, Default)]
+pub struct Filter {
+    covariance: Covariance,
+    /// The window being flown.
+    window: Transition,
+    window_noise: ProcessNoise,
+    /// The window before, whose end is the epoch being worked on; `None` in the first window.
+    epoch: Option<(Transition, ProcessNoise)>,
+    /// Innovations of the window being flown, and of the epoch being worked on.
+    arriving: Queue<Observation>,
+    processing: Queue<Observation>,
+    /// Correction added to the nominal state at the epoch being worked on.
+    injected: Estimated,
+    /// Error about the corrected nominal state of that epoch, as found so far.
+    error: Estimated,
+    frame: u8,
+    learned: Learned,
+    uncertainty: Uncertainty,
+    innovations: Queue<Innovation>,
+    restored: u16,
+}
+
+impl Filter {
+    /// Starts from the uncertainty of the initial knowledge and of the sensors.
+    pub fn start(&mut self, knowledge: &InitialKnowledge, parameters: &NavigationParameters) {
+        let mut sigmas: Full = [0.0; ALL];
+        for (block, length, sigma) in [
+            (POSITION, AXES, knowledge.position_sigma_m),
+            (VELOCITY, AXES, knowledge.velocity_sigma_mps),
+            (ATTITUDE, AXES, knowledge.attitude_sigma_rad),
+            (ACCELEROMETER_BIAS, AXES, parameters.accelerometer_bias_sigma_mps2),
+            (GYRO_BIAS, AXES, parameters.gyro_bias_sigma_radps),
+            (LOG_DENSITY, 1, parameters.log_density_sigma),
+            (ACCELEROMETER_SCALE, AXES, parameters.accelerometer_scale_sigma),
+            (ACCELEROMETER_MISALIGNMENT, AXES, parameters.accelerometer_misalignment_sigma_rad),
+            (GYRO_SCALE, AXES, parameters.gyro_scale_sigma),
+            (PRESSURE_SCALE, 1, parameters.pressure_scale_sigma),
+            (PRESSURE_OFFSET, 1, parameters.pressure_offset_sigma_pa),
+        ] {
+            sigmas.iter_mut().skip(block).take(length).for_each(|s| *s = sigma);
+        }
+        self.covariance.start(&sigmas);
+        self.window = Transition::default();
+        self.window_noise = ProcessNoise::default();
+        self.epoch = None;
+        self.arriving.clear();
+        self.processing.clear();
+        self.innovations.clear();
+        self.injected = [0.0; ESTIMATED];
+        self.error = [0.0; ESTIMATED];
+        self.frame = 0;
+        self.learned = Learned::default();
+        self.publish();
+    }
+
+    /// Takes one frame of strapdown into the window. The log-density decays with the altitude flown.
+    pub fn propagate(
+        &mut self,
+        mut frame: FrameStep<'_>,
+        bridge: &BridgeNoise,
+        parameters: &NavigationParameters,
+        planet: &Planet,
+    ) {
+        let climb = frame.after.r_i.norm() - frame.before.r_i.norm();
+        frame.density_decay = exp(-abs(climb) / parameters.log_density_length_m);
+        self.learned.log_density *= frame.density_decay;
+        self.window.accumulate(&frame, planet);
+        let sigma2 = parameters.log_density_sigma * parameters.log_density_sigma;
+        let decay2 = frame.density_decay * frame.density_decay;
+        let noise = &mut self.window_noise;
+        noise.velocity +=
+            parameters.accelerometer_noise * parameters.accelerometer_noise * frame.dt_s + bridge.velocity;
+        noise.attitude += parameters.gyro_noise * parameters.gyro_noise * frame.dt_s + bridge.attitude;
+        noise.log_density = decay2 * noise.log_density + sigma2 * (1.0 - decay2);
+    }
+
+    /// Takes an observation made in the current frame: queued when valid, recorded at once when not.
+    pub fn take(&mut self, observation: &Observation) {
+        if !(observation.valid && observation.innovation.is_finite()) {
+            let record = observation.record(observation.innovation, 0.0, Verdict::OutOfValidity);
+            self.innovations.push(record);
+            return;
+        }
+        let frames_left = FRAMES_PER_EPOCH.saturating_sub(1).saturating_sub(self.frame);
+        let age_s = f64::from(frames_left) * crate::time::FRAME.as_s();
+        let sensitivity = observation.sensitivity.seen_from_later(age_s);
+        self.arriving.push(Observation { sensitivity, ..*observation });
+    }
+
+    /// This frame's slice of the covariance work; at the end of a window corrects the nominal state.
+    pub fn work(&mut self, nominal: &mut Nominal, mode: NavigationMode, parameters: &NavigationParameters) {
+        let rule = UpdateRule { correcting: mode == NavigationMode::Ekf, gate_sigma: parameters.gate_sigma };
+        let last = self.frame + 1 >= FRAMES_PER_EPOCH;
+        if self.epoch.is_some() {
+            self.slice(&rule);
+            if last {
+                self.publish();
+            }
+        }
+        if last {
+            self.close_window(nominal);
+        }
+        self.frame = if last { 0 } else { self.frame + 1 };
+    }
+
+    fn slice(&mut self, rule: &UpdateRule) {
+        let Some((transition, noise)) = &self.epoch else { return };
+        match self.frame {
+            0 => self.covariance.predict_columns(transition),
+            1 => self.covariance.predict_rows(transition, noise),
+            2 => {
+                if self.covariance.check() {
+                    self.restored = self.restored.saturating_add(1);
+                }
+            }
+            3 => self.update_some(0, rule),
+            _ => self.update_some(UPDATES_PER_FRAME, rule),
+        }
+    }
+
+    fn update_some(&mut self, first: usize, rule: &UpdateRule) {
+        for observation in self.processing.items().iter().skip(first).take(UPDATES_PER_FRAME) {
+            let record = update(observation, rule, &self.injected, &mut self.error, &mut self.covariance);
+            self.innovations.push(record);
+        }
+    }
+
+    /// Carries the correction to the present, adds it to the nominal state and begins the next window.
+    fn close_window(&mut self, nominal: &mut Nominal) {
+        let mut error: Full = [0.0; ALL];
+        for (all, estimated) in error.iter_mut().zip(self.error.iter()) {
+            *all = *estimated;
+        }
+        self.injected = self.window.apply(&error);
+        self.error = [0.0; ESTIMATED];
+        inject(&self.injected, nominal, &mut self.learned);
+        self.epoch = Some((core::mem::take(&mut self.window), core::mem::take(&mut self.window_noise)));
+        self.processing.clear();
+        core::mem::swap(&mut self.arriving, &mut self.processing);
+    }
+
+    fn publish(&mut self) {
+        let p = &self.covariance;
+        let sigma = |i: usize| if p.at(i, i) > 0.0 { sqrt(p.at(i, i)) } else { 0.0 };
+        let lower = (0..2 * AXES).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        for (element, (i, j)) in self.uncertainty.covariance.iter_mut().zip(lower) {
+            *element = p.at(POSITION + i, POSITION + j);
+        }
+        for (k, element) in self.uncertainty.attitude_sigma_rad.iter_mut().enumerate() {
+            *element = sigma(ATTITUDE + k);
+        }
+        self.uncertainty.log_density_sigma = sigma(LOG_DENSITY);
+        self.uncertainty.position_sigma_m =
+            (0..AXES).fold(0.0, |largest, k| crate::math::num::max(largest, sigma(POSITION + k)));
+    }
+
+    /// What has been learned of sensors and air.
+    #[must_use]
+    pub fn learned(&self) -> &Learned {
+        &self.learned
+    }
+
+    /// Uncertainty as of the last finished epoch.
+    #[must_use]
+    pub fn uncertainty(&self) -> &Uncertainty {
+        &self.uncertainty
+    }
+
+    /// Moves the innovation records gathered so far into `out`.
+    pub fn drain(&mut self, out: &mut [Option<Innovation>; MAX_INNOVATIONS]) {
+        for (slot, record) in out.iter_mut().zip(self.innovations.items()) {
+            *slot = Some(*record);
+        }
+        self.innovations.clear();
+    }
+
+    /// Innovation records gathered since the last [`Filter::drain`].
+    #[must_use]
+    pub fn innovations(&self) -> &[Innovation] {
+        self.innovations.items()
+    }
+
+    /// Times the covariance had to be restored.
+    #[must_use]
+    pub fn restored(&self) -> u16 {
+        self.restored
+    }
+
+    /// Measurements or records lost because a queue was full.
+    #[must_use]
+    pub fn overflow(&self) -> u16 {
+        self.arriving.overflow().saturating_add(self.processing.overflow()).saturating_add(self.innovations.overflow())
+    }
+}
+
+/// Adds an error to the nominal state and to what has been learned.
+fn inject(error: &Estimated, nominal: &mut Nominal, learned: &mut Learned) {
+    let block = |start: usize| {
+        let mut v = [0.0; AXES];
+        for (to, from) in v.iter_mut().zip(error.iter().skip(start)) {
+            *to = *from;
+        }
+        v
+    };
+    nominal.r_i += Vec3::from_array(block(POSITION));
+    nominal.v_i += Vec3::from_array(block(VELOCITY));
+    let tilt =
+        Rot::<Inertial, Inertial>::from_rotation_vector(Vec3::<Inertial>::from_array(block(ATTITUDE)).components());
+    nominal.attitude_bi = nominal.attitude_bi.then(&tilt).normalised();
+    for (bias, change) in learned.accelerometer_bias_mps2.iter_mut().zip(block(ACCELEROMETER_BIAS)) {
+        *bias += change;
+    }
+    for (bias, change) in learned.gyro_bias_radps.iter_mut().zip(block(GYRO_BIAS)) {
+        *bias += change;
+    }
+    learned.log_density += error.get(LOG_DENSITY).copied().unwrap_or(0.0);
+}

@@ -1,0 +1,212 @@
+//! [`Covariance`] of the estimated states and their correlation with the considered ones, kept in place.
+//!
+//! The considered states are constants that are never corrected, so their own covariance stays the diagonal it began as.
+//! With P the stored rows (16 × 27: estimated × all), the prediction P⁺ = ΦPΦᵀ + Q is one operator, [`Transition::apply`],
+//! first on every column, then on every row: two slices of work for two frames.
+
+use super::layout::{ALL, ATTITUDE, AXES, CONSIDERED, ESTIMATED, Estimated, Full, LOG_DENSITY, POSITION, VELOCITY};
+use super::transition::Transition;
+
+/// A pivot below this fraction of its variance counts as not positive.
+const RELATIVE_PIVOT: f64 = 1e-12;
+
+/// Process noise of a window, as variances.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProcessNoise {
+    /// Velocity per axis, (m/s)².
+    pub velocity: f64,
+    /// Attitude per axis, rad².
+    pub attitude: f64,
+    /// Log-density.
+    pub log_density: f64,
+}
+
+/// Joint covariance of estimated and considered states.
+#[derive(Clone, Debug)]
+pub struct Covariance {
+    /// Estimated × all; the estimated part is symmetric bit by bit.
+    rows: [[f64; ALL]; ESTIMATED],
+    /// Variances of the considered states.
+    considered: [f64; CONSIDERED],
+    /// Variances at the start, the scale of what is small.
+    start: Estimated,
+    /// Room for the factorisation of [`Covariance::check`].
+    work: [[f64; ESTIMATED]; ESTIMATED],
+}
+
+impl Default for Covariance {
+    fn default() -> Self {
+        Self {
+            rows: [[0.0; ALL]; ESTIMATED],
+            considered: [0.0; CONSIDERED],
+            start: [0.0; ESTIMATED],
+            work: [[0.0; ESTIMATED]; ESTIMATED],
+        }
+    }
+}
+
+#[allow(clippy::indexing_slicing, clippy::needless_range_loop)] // loops over the constant shapes of fixed arrays
+impl Covariance {
+    /// Starts from uncorrelated standard deviations of all states.
+    pub fn start(&mut self, sigmas: &Full) {
+        for i in 0..ESTIMATED {
+            self.start[i] = sigmas[i] * sigmas[i];
+        }
+        for c in 0..CONSIDERED {
+            self.considered[c] = sigmas[ESTIMATED + c] * sigmas[ESTIMATED + c];
+        }
+        self.restart();
+    }
+
+    /// Element of the estimated part, or of its correlation with a considered state (`j` ≥ 16).
+    #[must_use]
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
+    }
+
+    /// First half of the prediction: Φ on every column.
+    pub fn predict_columns(&mut self, transition: &Transition) {
+        for j in 0..ALL {
+            let mut column: Full = [0.0; ALL];
+            for i in 0..ESTIMATED {
+                column[i] = self.rows[i][j];
+            }
+            if j < ESTIMATED {
+                // Considered × estimated, still that of the start: those columns come later.
+                column[ESTIMATED..].copy_from_slice(&self.rows[j][ESTIMATED..]);
+            } else {
+                column[j] = self.considered[j - ESTIMATED];
+            }
+            let predicted = transition.apply(&column);
+            for i in 0..ESTIMATED {
+                self.rows[i][j] = predicted[i];
+            }
+        }
+    }
+
+    /// Second half of the prediction: Φ on every row, and the process noise.
+    pub fn predict_rows(&mut self, transition: &Transition, noise: &ProcessNoise) {
+        for i in 0..ESTIMATED {
+            let predicted = transition.apply(&self.rows[i]);
+            self.rows[i][..ESTIMATED].copy_from_slice(&predicted);
+        }
+        for i in 0..ESTIMATED {
+            for j in 0..i {
+                self.rows[i][j] = self.rows[j][i];
+            }
+        }
+        self.add(noise, transition.elapsed_s);
+    }
+
+    /// White noise integrated over the window: velocity q, position q·T²/3, between them q·T/2.
+    fn add(&mut self, noise: &ProcessNoise, t: f64) {
+        for k in 0..AXES {
+            let (r, v, a) = (POSITION + k, VELOCITY + k, ATTITUDE + k);
+            self.rows[v][v] += noise.velocity;
+            self.rows[r][v] += noise.velocity * (0.5 * t);
+            self.rows[v][r] += noise.velocity * (0.5 * t);
+            self.rows[r][r] += noise.velocity * (t * t / 3.0);
+            self.rows[a][a] += noise.attitude;
+        }
+        self.rows[LOG_DENSITY][LOG_DENSITY] += noise.log_density;
+    }
+
+    /// Covariance of all states with the scalar h·x, for an `h` that touches only the listed `columns`.
+    pub(super) fn times(&self, columns: &[(usize, f64)], out: &mut Full) {
+        for i in 0..ESTIMATED {
+            let mut sum = 0.0;
+            for &(j, h) in columns {
+                sum += self.rows[i][j.min(ALL - 1)] * h;
+            }
+            out[i] = sum;
+        }
+        for c in 0..CONSIDERED {
+            let mut sum = 0.0;
+            for &(j, h) in columns {
+                if j < ESTIMATED {
+                    sum += self.rows[j][ESTIMATED + c] * h;
+                } else if j == ESTIMATED + c {
+                    sum += self.considered[c] * h;
+                }
+            }
+            out[ESTIMATED + c] = sum;
+        }
+    }
+
+    /// Subtracts u·uᵀ/s from the estimated rows (u from [`Covariance::times`]).
+    pub(super) fn reduce(&mut self, u: &Full, s: f64) {
+        let inverse = 1.0 / s;
+        for i in 0..ESTIMATED {
+            let gain = u[i] * inverse;
+            for j in i..ESTIMATED {
+                let value = self.rows[i][j] - gain * u[j];
+                self.rows[i][j] = value;
+                self.rows[j][i] = value;
+            }
+            for j in ESTIMATED..ALL {
+                self.rows[i][j] -= gain * u[j];
+            }
+        }
+    }
+
+    /// Checks that the joint covariance is positive definite and restores it if it is not; true when it was restored.
+    ///
+    /// Factorises the Schur complement of the considered part (P_xx − P_xc P_cc⁻¹ P_cx = L D Lᵀ). A pivot that is not positive
+    /// is raised to [`RELATIVE_PIVOT`] of its variance and the same amount added to the stored variance (Gill and Murray
+    /// 1974), so that the restored matrix is positive definite and no smaller. Numbers that are not finite restart it.
+    pub fn check(&mut self) -> bool {
+        if !self.rows.iter().all(|row| crate::math::num::all_finite(row)) {
+            self.restart();
+            return true;
+        }
+        self.schur_complement();
+        let mut restored = false;
+        for k in 0..ESTIMATED {
+            let floor = RELATIVE_PIVOT * crate::math::num::max(self.rows[k][k], RELATIVE_PIVOT * self.start[k]);
+            let mut pivot = self.work[k][k];
+            if pivot < floor {
+                self.rows[k][k] += floor - pivot;
+                pivot = floor;
+                restored = true;
+            }
+            if pivot <= 0.0 {
+                continue; // a state without any uncertainty: its row is zero
+            }
+            for i in k + 1..ESTIMATED {
+                let factor = self.work[i][k] / pivot;
+                for j in k + 1..=i {
+                    self.work[i][j] -= factor * self.work[j][k];
+                }
+            }
+        }
+        restored
+    }
+
+    fn schur_complement(&mut self) {
+        let mut inverse = [0.0; CONSIDERED];
+        for c in 0..CONSIDERED {
+            inverse[c] = if self.considered[c] > 0.0 { 1.0 / self.considered[c] } else { 0.0 };
+        }
+        for i in 0..ESTIMATED {
+            let mut scaled = [0.0; CONSIDERED];
+            for c in 0..CONSIDERED {
+                scaled[c] = self.rows[i][ESTIMATED + c] * inverse[c];
+            }
+            for j in 0..=i {
+                let mut value = self.rows[i][j];
+                for c in 0..CONSIDERED {
+                    value -= scaled[c] * self.rows[j][ESTIMATED + c];
+                }
+                self.work[i][j] = value;
+            }
+        }
+    }
+
+    /// Back to the uncorrelated covariance of the start.
+    fn restart(&mut self) {
+        for i in 0..ESTIMATED {
+            self.rows[i] = [0.0; ALL];
+            self.rows[i][i] = self.start[i];
+        }
+    }
+}
