@@ -1,5 +1,24 @@
 //! Truth simulator of a Mars entry: scenarios, the vehicle's true motion and sensors, and the ground's end of the link.
 //!
-//! Shares with the flight software only constants, frames, time and packets, never its equations.
+//! Written independently of the flight software: its own Cartesian inertial equations of motion, its own atmosphere,
+//! aerodynamics and orbits. It shares with `fsw-core` constants, frames, time and the packets of the link, nothing else.
+//!
+//! * [`atmosphere`], [`wind`], [`aero`] the world around the vehicle. * [`dynamics`] its motion; [`propagate`] open-loop
+//!   flights with located stops. * [`actuator`], [`attitude`] bank and trim. * [`sensors`], [`orbiter`] measurements.
+//! * [`noise`] seeded streams of random numbers. * [`case`](mod@case) one fully determined flight.
+//! * [`truth`] the simulator, frame by frame. * [`scenario`] the files that describe a flight.
+#![forbid(unsafe_code)]
 
+pub mod actuator;
+pub mod aero;
+pub mod atmosphere;
+pub mod attitude;
+pub mod case;
+pub mod dynamics;
+pub mod noise;
+pub mod orbiter;
+pub mod propagate;
 pub mod scenario;
+pub mod sensors;
+pub mod truth;
+pub mod wind;
