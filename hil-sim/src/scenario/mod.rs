@@ -1,10 +1,14 @@
 //! Scenarios: everything a flight needs, in one TOML file.
 
+mod check;
 mod dispersions;
 mod error;
 mod flight;
+mod layers;
 mod load;
+mod ranges;
 mod sensors;
+mod table;
 mod world;
 
 use serde::{Deserialize, Serialize};
@@ -12,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use dispersions::{Dispersion, Dispersions, Fault, FaultKind, FaultTarget};
 pub use error::ScenarioError;
 pub use flight::{Control, Deploy, DeployBox, Guidance, Limits, Navigation, Onboard, OnboardAtmosphere};
+pub use ranges::{RANGES, Range, range_of};
 pub use sensors::{Blackout, Imu, Pressure, Radio, Sensors};
 pub use world::{
     AeroRow, Atmosphere, AtmosphereKind, AtmosphereRow, Beacon, Entry, Orbiter, Perturbation, Planet, SphericalEntry,
