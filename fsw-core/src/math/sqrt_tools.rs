@@ -38,7 +38,7 @@ impl core::error::Error for NotPositiveDefinite {}
 pub fn cholesky<const N: usize>(a: &mut SMatrix<f64, N, N>) -> Result<(), NotPositiveDefinite> {
     for j in 0..N {
         let mut pivot = a[(j, j)];
-        for k in 0..j {
+        for k in (0..N).take(j) {
             pivot -= a[(j, k)] * a[(j, k)];
         }
         if !(pivot > 0.0 && pivot.is_finite()) {
@@ -47,9 +47,9 @@ pub fn cholesky<const N: usize>(a: &mut SMatrix<f64, N, N>) -> Result<(), NotPos
         let diagonal = sqrt(pivot);
         let inverse = 1.0 / diagonal;
         a[(j, j)] = diagonal;
-        for i in (j + 1)..N {
+        for i in (0..N).skip(j + 1) {
             let mut element = a[(i, j)];
-            for k in 0..j {
+            for k in (0..N).take(j) {
                 element -= a[(i, k)] * a[(j, k)];
             }
             a[(i, j)] = element * inverse;
@@ -63,7 +63,7 @@ pub fn cholesky<const N: usize>(a: &mut SMatrix<f64, N, N>) -> Result<(), NotPos
 pub fn solve_lower<const N: usize>(l: &SMatrix<f64, N, N>, b: &mut SVector<f64, N>) {
     for i in 0..N {
         let mut x = b[i];
-        for k in 0..i {
+        for k in (0..N).take(i) {
             x -= l[(i, k)] * b[k];
         }
         b[i] = x / l[(i, i)];
@@ -72,9 +72,10 @@ pub fn solve_lower<const N: usize>(l: &SMatrix<f64, N, N>, b: &mut SVector<f64, 
 
 /// Replaces `b` by L⁻ᵀ·b, for a lower triangular `l` with a nonzero diagonal.
 pub fn solve_lower_transposed<const N: usize>(l: &SMatrix<f64, N, N>, b: &mut SVector<f64, N>) {
-    for i in (0..N).rev() {
+    for row in 0..N {
+        let i = N - 1 - row;
         let mut x = b[i];
-        for k in (i + 1)..N {
+        for k in (0..N).skip(i + 1) {
             x -= l[(k, i)] * b[k];
         }
         b[i] = x / l[(i, i)];
@@ -101,13 +102,13 @@ pub fn tria<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>) {
 /// Reflects columns i… of the rows i… of `a` so that row `i` is zero right of its diagonal and not negative on it.
 fn reflect_row<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>, i: usize) {
     let mut tail = 0.0;
-    for j in (i + 1)..M {
+    for j in (0..M).skip(i + 1) {
         tail += a[(i, j)] * a[(i, j)];
     }
     let head = a[(i, i)];
     if tail <= f64::MIN_POSITIVE {
         // Nothing to eliminate (below, the reflection would divide by zero); a column may change its sign freely.
-        for j in (i + 1)..M {
+        for j in (0..M).skip(i + 1) {
             a[(i, j)] = 0.0;
         }
         if head < 0.0 {
@@ -121,19 +122,19 @@ fn reflect_row<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>, i: us
     // Mirror vector v = (head − norm, rest). The subtraction is done without cancellation when head is positive.
     let first = if head > 0.0 { -tail / (head + norm) } else { head - norm };
     let factor = 2.0 / (first * first + tail);
-    for k in (i + 1)..N {
+    for k in (0..N).skip(i + 1) {
         let mut along = a[(k, i)] * first;
-        for j in (i + 1)..M {
+        for j in (0..M).skip(i + 1) {
             along += a[(k, j)] * a[(i, j)];
         }
         let shift = factor * along;
         a[(k, i)] -= shift * first;
-        for j in (i + 1)..M {
+        for j in (0..M).skip(i + 1) {
             a[(k, j)] -= shift * a[(i, j)];
         }
     }
     a[(i, i)] = norm;
-    for j in (i + 1)..M {
+    for j in (0..M).skip(i + 1) {
         a[(i, j)] = 0.0;
     }
 }
