@@ -10,9 +10,9 @@ use crate::math::{Scalar, Table, TableRow, fun};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
     law: Law,
+    gas_constant_jpkgk: f64,
     /// Heat ratio times gas constant: the square of the speed of sound per kelvin.
     sound_square_per_k: f64,
-    gas_constant_jpkgk: f64,
 }
 
 /// Density and temperature against altitude.
@@ -52,10 +52,10 @@ impl Atmosphere {
     /// # Errors
     /// A density, scale height, temperature, gas constant or heat ratio that is not positive; rows that are not sorted.
     pub fn new(parameters: &AtmosphereParameters, rows: &[AtmosphereRow]) -> Result<Self, ModelError> {
-        let sound_square_per_k = positive("gas constant (J/(kg K))", parameters.gas_constant_jpkgk)?
-            * positive("ratio of specific heats", parameters.heat_ratio)?;
+        let gas_constant_jpkgk = positive("gas constant (J/(kg K))", parameters.gas_constant_jpkgk)?;
+        let sound_square_per_k = gas_constant_jpkgk * positive("ratio of specific heats", parameters.heat_ratio)?;
         let law = if rows.is_empty() { Law::exponential(parameters)? } else { Law::table(rows)? };
-        Ok(Self { law, sound_square_per_k, gas_constant_jpkgk: parameters.gas_constant_jpkgk })
+        Ok(Self { law, gas_constant_jpkgk, sound_square_per_k })
     }
 
     /// Density, kg/m³.
@@ -141,10 +141,10 @@ impl Atmosphere {
         self.gas_constant_jpkgk
     }
 
-    /// Static pressure, Pa, by the gas law; the heat ratio divides the square of the speed of sound.
+    /// Static pressure, Pa: ρ R T.
     #[must_use]
-    pub fn pressure_pa(&self, altitude_m: f64, gas_constant_jpkgk: f64) -> f64 {
-        self.density(altitude_m) * gas_constant_jpkgk * self.temperature_k(altitude_m)
+    pub fn pressure_pa(&self, altitude_m: f64) -> f64 {
+        self.density(altitude_m) * self.gas_constant_jpkgk * self.temperature_k(altitude_m)
     }
 }
 
@@ -214,6 +214,7 @@ mod tests {
         assert!(near(air.density(9354.0), 0.0158 / core::f64::consts::E));
         assert!(near(air.log_density_slope_pm(5e3), -1.0 / 9354.0));
         assert!(near(air.speed_of_sound_mps(5e3), (1.3 * 188.92 * 180.0_f64).sqrt()));
+        assert!(near(air.pressure_pa(0.0), 0.0158 * 188.92 * 180.0));
     }
 
     #[test]

@@ -48,7 +48,7 @@ pub enum ModelError {
 impl core::fmt::Display for ModelError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::NotPositive { quantity, value } => write!(f, "{quantity} must be above 0, not {value}"),
+            Self::NotPositive { quantity, value } => write!(f, "{quantity} must be above 0 and finite, not {value}"),
             Self::NotFinite { quantity } => write!(f, "{quantity} is not a finite number"),
             Self::AtmosphereTable(error) => write!(f, "atmosphere: {error}"),
             Self::AeroTable(error) => write!(f, "aerodynamics: {error}"),
@@ -68,7 +68,8 @@ fn finite(quantity: &'static str, value: f64) -> Result<f64, ModelError> {
     if value.is_finite() { Ok(value) } else { Err(ModelError::NotFinite { quantity }) }
 }
 
-/// Planet, vehicle, air and aerodynamics as the flight software believes them; checked once, when it is built.
+/// Planet, vehicle, air and aerodynamics as the flight software believes them; checked once, when it is built, and read-only
+/// from then on: another vehicle is another model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnboardModel {
     /// The planet.
@@ -79,6 +80,8 @@ pub struct OnboardModel {
     pub atmosphere: Atmosphere,
     /// Drag and lift coefficients.
     pub aero: Aerodynamics,
+    /// Reference area over mass, divided once and not in every evaluation of the equations of motion.
+    area_per_mass_m2pkg: f64,
 }
 
 impl OnboardModel {
@@ -97,8 +100,8 @@ impl OnboardModel {
         positive("gravitational parameter (m3/s2)", planet.mu_m3ps2)?;
         finite("rotation rate (rad/s)", planet.rotation_radps)?;
         finite("J2", planet.j2)?;
-        positive("mass (kg)", vehicle.mass_kg)?;
-        positive("reference area (m2)", vehicle.reference_area_m2)?;
+        let mass_kg = positive("mass (kg)", vehicle.mass_kg)?;
+        let area_m2 = positive("reference area (m2)", vehicle.reference_area_m2)?;
         positive("nose radius (m)", vehicle.nose_radius_m)?;
         finite("trim angle of attack (rad)", vehicle.trim_angle_of_attack_rad)?;
         Ok(Self {
@@ -106,6 +109,7 @@ impl OnboardModel {
             vehicle: *vehicle,
             atmosphere: Atmosphere::new(atmosphere, atmosphere_rows)?,
             aero: Aerodynamics::new(vehicle, aero_rows)?,
+            area_per_mass_m2pkg: area_m2 / mass_kg,
         })
     }
 
@@ -138,6 +142,84 @@ impl<S: Scalar> Environment<S> for OnboardModel {
 
     #[inline(always)]
     fn area_per_mass_m2pkg(&self) -> f64 {
-        self.vehicle.reference_area_m2 / self.vehicle.mass_kg
+        self.area_per_mass_m2pkg
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Dual;
+    use crate::planet::MARS;
+    use std::string::ToString;
+
+    const CAPSULE: VehicleParameters = VehicleParameters {
+        mass_kg: 2804.0,
+        reference_area_m2: 15.9,
+        nose_radius_m: 1.125,
+        drag_coefficient: 1.45,
+        lift_to_drag: 0.24,
+        trim_angle_of_attack_rad: -0.279,
+    };
+    const MODEL_C: AtmosphereParameters = AtmosphereParameters {
+        reference_density_kgpm3: 0.0158,
+        reference_altitude_m: 0.0,
+        scale_height_m: 9354.0,
+        temperature_k: 180.0,
+        gas_constant_jpkgk: 188.92,
+        heat_ratio: 1.3,
+    };
+
+    fn row(mach: f64, drag_coefficient: f64) -> AeroRow {
+        AeroRow { mach, drag_coefficient, lift_coefficient: 0.24 * drag_coefficient }
+    }
+
+    #[test]
+    fn a_flat_mach_table_flies_like_constant_coefficients() {
+        let constant = OnboardModel::new(MARS, &CAPSULE, &[], &MODEL_C, &[]).unwrap();
+        let flat = OnboardModel::new(MARS, &CAPSULE, &[row(1.0, 1.45), row(9.0, 1.45)], &MODEL_C, &[]).unwrap();
+        let state = [3.41e6, 2e4, -3e4, -500.0, 1200.0, 300.0];
+        let (a, b) =
+            (entry::cartesian_rates(&constant, &state, 0.6, 0.8), entry::cartesian_rates(&flat, &state, 0.6, 0.8));
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_slope_of_the_mach_table_reaches_the_jacobian() {
+        let sloped = OnboardModel::new(MARS, &CAPSULE, &[row(1.0, 1.0), row(9.0, 1.8)], &MODEL_C, &[]).unwrap();
+        let speed_mps = Dual::<1>::variable(1000.0, 0);
+        let (drag, lift) = sloped.drag_and_lift_coefficients(Dual::constant(20e3), speed_mps);
+        // 0.1 per Mach number; the Mach number per m/s is the inverse of the speed of sound.
+        let expected = 0.1 / sloped.atmosphere.speed_of_sound_mps(20e3);
+        assert!((drag.partials[0] / expected - 1.0).abs() < 1e-13);
+        assert!((lift.partials[0] / (0.24 * expected) - 1.0).abs() < 1e-13);
+        assert!((drag.value - (1.0 + 0.1 * (sloped.mach(20e3, 1000.0) - 1.0))).abs() < 1e-14);
+    }
+
+    #[test]
+    fn each_absurd_parameter_is_refused_by_name() {
+        let refused = |planet: Planet, vehicle: &VehicleParameters| {
+            OnboardModel::new(planet, vehicle, &[], &MODEL_C, &[]).unwrap_err().to_string()
+        };
+        let cases = [
+            (
+                refused(Planet { radius_m: -1.0, ..MARS }, &CAPSULE),
+                "planet radius (m) must be above 0 and finite, not -1",
+            ),
+            (refused(Planet { j2: f64::NAN, ..MARS }, &CAPSULE), "J2 is not a finite number"),
+            (
+                refused(MARS, &VehicleParameters { mass_kg: 0.0, ..CAPSULE }),
+                "mass (kg) must be above 0 and finite, not 0",
+            ),
+            (
+                refused(MARS, &VehicleParameters { reference_area_m2: f64::INFINITY, ..CAPSULE }),
+                "reference area (m2) must be above 0 and finite, not inf",
+            ),
+        ];
+        for (message, expected) in cases {
+            assert_eq!(message, expected);
+        }
     }
 }
