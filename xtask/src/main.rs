@@ -1,2 +1,53 @@
-//! Developer commands.
-fn main() {}
+//! The developers' commands: `cargo xtask test` runs every gate, and is all that CI runs.
+
+mod gates;
+mod symbols;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use xshell::Shell;
+
+/// Developer commands of the workspace.
+#[derive(Parser)]
+#[command(name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run every quality gate, as CI does.
+    Test {
+        /// Run only the gates whose name contains this text.
+        #[arg(long)]
+        only: Option<String>,
+    },
+    /// Hammer the link decoder with mutated frames.
+    Fuzz {
+        /// Mutated frames to send.
+        #[arg(long, default_value_t = 20_000_000)]
+        frames: u64,
+        /// Seed of the mutations.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Rewrite the golden files after an intended change of results.
+    Bless,
+}
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    let shell = Shell::new()?;
+    shell.change_dir(workspace_root());
+    match arguments.command {
+        Command::Test { only } => gates::run(&shell, only.as_deref()),
+        Command::Fuzz { frames, seed } => gates::fuzz(&shell, frames, seed),
+        Command::Bless => gates::bless(&shell),
+    }
+}
+
+fn workspace_root() -> std::path::PathBuf {
+    let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_path_buf()
+}

@@ -1,1 +1,15 @@
-//! Stub: replaced by its owner.
+//! The executive: schedule, modes, one-screen [`Executive::tick`], and the byte-stream shell around it.
+//!
+//! * [`schedule`] `const` table of slots, rates, offsets and budgets. * [`modes`] transition table.
+//! * [`Executive`] all mutable state of the flight software; a snapshot is a copy.
+//! * [`FlightComputer`] decodes bytes, answers commands, ticks once per minor frame, encodes what goes down.
+
+mod computer;
+mod cost;
+pub mod modes;
+pub mod schedule;
+mod tick;
+
+pub use computer::{FlightComputer, MAX_BRIDGED_FRAMES};
+pub use cost::{CostLedger, MeasuredCost, NoProbe, Probe};
+pub use tick::{Executive, Outputs};

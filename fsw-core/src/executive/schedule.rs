@@ -1,0 +1,90 @@
+//! The schedule: which slot runs in which minor frame and what it may cost. `const` data, checked by the compiler.
+
+use crate::link::packet::SLOT_COUNT;
+use crate::time::FRAMES_PER_SECOND;
+
+/// A piece of the minor frame whose cost is measured on its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlotId {
+    /// Validation of the sensor packets.
+    Sensors = 0,
+    /// Strapdown and filter.
+    Navigation = 1,
+    /// Guidance quota.
+    Guidance = 2,
+    /// Bank control and parachute trigger.
+    Control = 3,
+    /// Monitors and mode.
+    Fault = 4,
+    /// Building of the telemetry packets.
+    Telemetry = 5,
+}
+
+/// One row of the schedule.
+#[derive(Clone, Copy, Debug)]
+pub struct Slot {
+    /// Which slot.
+    pub id: SlotId,
+    /// Its name in reports.
+    pub name: &'static str,
+    /// It runs every so many minor frames …
+    pub every: u32,
+    /// … in the frames whose index leaves this remainder.
+    pub offset: u32,
+    /// Budget of one run, instructions on the reference computer.
+    pub budget: u32,
+}
+
+/// Minor frames between two navigation telemetry packets (10 Hz).
+pub const NAV_TELEMETRY_FRAMES: u32 = 5;
+/// Minor frames between two health packets (1 Hz).
+pub const HEALTH_FRAMES: u32 = FRAMES_PER_SECOND;
+
+/// The schedule, in the order of execution within a minor frame. Filter and guidance slice their own 10 Hz and 1 Hz
+/// work evenly over the frames, hence run in each of them.
+pub const SCHEDULE: [Slot; SLOT_COUNT] = [
+    Slot { id: SlotId::Sensors, name: "sensors", every: 1, offset: 0, budget: 5_000 },
+    Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 40_000 },
+    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 30_000 },
+    Slot { id: SlotId::Control, name: "control", every: 1, offset: 0, budget: 5_000 },
+    Slot { id: SlotId::Fault, name: "fault", every: 1, offset: 0, budget: 3_000 },
+    Slot { id: SlotId::Telemetry, name: "telemetry", every: 1, offset: 0, budget: 17_000 },
+];
+
+/// Cost that a whole minor frame may have, instructions on the reference computer.
+pub const FRAME_BUDGET: u32 = 100_000;
+
+/// True in the minor frames in which something due `every` frames at `offset` runs.
+#[must_use]
+pub const fn due(frame: u32, every: u32, offset: u32) -> bool {
+    every != 0 && frame % every == offset
+}
+
+const fn schedule_is_sound() -> bool {
+    let mut sum = 0;
+    let mut i = 0;
+    while i < SLOT_COUNT {
+        #[allow(clippy::indexing_slicing)] // i < SLOT_COUNT, the length of the table
+        let slot = SCHEDULE[i];
+        if slot.every == 0 || slot.offset >= slot.every || slot.id as usize != i {
+            return false;
+        }
+        sum += slot.budget;
+        i += 1;
+    }
+    sum <= FRAME_BUDGET
+}
+
+const _: () = assert!(schedule_is_sound(), "schedule: rows out of order, offset beyond period, or budgets above the frame's");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_is_due_once_per_period() {
+        assert_eq!((0..100).filter(|f| due(*f, 5, 2)).count(), 20);
+        assert!(due(7, 5, 2));
+        assert!(!due(0, 0, 0));
+    }
+}

@@ -1,0 +1,260 @@
+//! [`Executive`]: all mutable state of the flight software, and `tick`, one minor frame of it.
+
+use super::cost::{CostLedger, MeasuredCost, Probe};
+use super::modes::{self, Facts, Thresholds};
+use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, SlotId, due};
+use crate::config::Config;
+use crate::control;
+use crate::fault::{EventLog, FrameReport, Monitor};
+use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, trigger};
+use crate::link::packet::{
+    Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, RejectCounters, Severity,
+};
+use crate::model::{ModelError, OnboardModel};
+use crate::nav::{Estimate, NavContext, Navigator};
+use crate::sensors::{self, FrameInputs};
+use crate::time::MissionTime;
+
+/// Everything the flight software remembers. Fixed size; copying it is a snapshot.
+#[derive(Clone, Debug)]
+pub struct Executive {
+    /// Parameters; frozen when armed.
+    pub config: Config,
+    /// Counters of rejected packets, shared by link and validation.
+    pub rejects: RejectCounters,
+    /// Event log.
+    pub log: EventLog,
+    /// Execution cost so far.
+    pub cost: CostLedger,
+    mode: Mode,
+    frame: u32,
+    go: bool,
+    model: Option<OnboardModel>,
+    navigator: Navigator,
+    guidance: Guidance,
+    monitor: Monitor,
+}
+
+/// What one minor frame gives out; events are in the log's queue.
+#[derive(Clone, Debug, Default)]
+pub struct Outputs {
+    /// Bank command and discretes, every frame.
+    pub actuator: Actuator,
+    /// Navigation telemetry, 10 Hz.
+    pub navigation: Option<NavTlm>,
+    /// Guidance telemetry, when a cycle's command takes effect.
+    pub guidance: Option<GuidanceTlm>,
+    /// Health, 1 Hz.
+    pub health: Option<HealthTlm>,
+}
+
+impl Executive {
+    /// Flight software in `Standby` with the default parameters.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            config: Config::DEFAULT,
+            rejects: RejectCounters::default(),
+            log: EventLog::new(),
+            cost: CostLedger::new(),
+            mode: Mode::Standby,
+            frame: 0,
+            go: false,
+            model: None,
+            navigator: Navigator::new(),
+            guidance: Guidance::new(),
+            monitor: Monitor::new(),
+        }
+    }
+
+    /// Present mode.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Index of the last minor frame run.
+    #[must_use]
+    pub const fn frame(&self) -> u32 {
+        self.frame
+    }
+
+    /// True once the parameters are frozen.
+    #[must_use]
+    pub const fn is_armed(&self) -> bool {
+        self.model.is_some()
+    }
+
+    /// Freezes the parameters and builds the onboard model from them; tables that make none are refused.
+    pub fn arm(&mut self) -> Result<(), ModelError> {
+        let c = &self.config;
+        let model = OnboardModel::new(c.planet, &c.vehicle, &c.aero_rows, &c.atmosphere, &c.atmosphere_rows)?;
+        self.model = Some(model);
+        Ok(())
+    }
+
+    /// Starts the flight at the entry epoch; `false` unless armed and in `Standby`.
+    pub fn go(&mut self) -> bool {
+        let Self { model: Some(model), config, navigator, mode: Mode::Standby, go: false, .. } = self else {
+            return false;
+        };
+        navigator.start(&config.initial_knowledge, &nav_context(config, model));
+        self.go = true;
+        self.change_mode(MissionTime::ZERO, &Estimate::default(), true, false);
+        true
+    }
+
+    /// One minor frame, ending at `now`. Does nothing but count before the flight has started.
+    pub fn tick(
+        &mut self,
+        now: MissionTime,
+        inputs: &FrameInputs,
+        cost: &MeasuredCost,
+        probe: &mut impl Probe,
+    ) -> Outputs {
+        self.frame = now.frame_index();
+        self.cost.enter(now, self.frame, cost, &mut self.log);
+        let Some(model) = &self.model else { return Outputs::default() };
+
+        let batch = sensors::accept(now, inputs, &mut self.rejects);
+        probe.slot_done(SlotId::Sensors);
+
+        let estimate = self.navigator.step(now, &batch, &nav_context(&self.config, model));
+        probe.slot_done(SlotId::Navigation);
+
+        let context = guidance_context(&self.config, model);
+        let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, context: &context };
+        let command = self.guidance.advance(&input);
+        probe.slot_done(SlotId::Guidance);
+
+        let demand =
+            control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
+        let cause = self.parachute(&estimate, &context);
+        probe.slot_done(SlotId::Control);
+
+        let verdict = self.monitor.step(
+            &FrameReport {
+                time: now,
+                frame: self.frame,
+                imu_present: batch.imu.is_some(),
+                navigation_valid: estimate.valid,
+                rejects: &self.rejects,
+                innovations: self.navigator.frame_innovations(),
+                covariance_restored: self.navigator.covariance_restored(),
+            },
+            &mut self.log,
+        );
+        self.log_guidance(now, &command);
+        self.log_parachute(now, &estimate, cause);
+        self.change_mode(now, &estimate, verdict.navigation_usable, cause.is_some());
+        probe.slot_done(SlotId::Fault);
+
+        let outputs = Outputs {
+            actuator: self.actuator(&demand),
+            navigation: due(self.frame, NAV_TELEMETRY_FRAMES, 0).then(|| self.navigator.telemetry()),
+            guidance: command.telemetry,
+            health: due(self.frame, HEALTH_FRAMES, 0).then(|| self.health()),
+        };
+        probe.slot_done(SlotId::Telemetry);
+        outputs
+    }
+
+    /// The only caller of [`modes::next`].
+    fn change_mode(&mut self, now: MissionTime, estimate: &Estimate, navigation_usable: bool, fired: bool) {
+        let facts = Facts {
+            go: self.go,
+            load_mps2: estimate.specific_force_b.norm(),
+            speed_mps: estimate.speed_mps,
+            navigation_usable,
+            fired,
+        };
+        let thresholds = Thresholds {
+            range_control_load_mps2: self.config.guidance.range_control_load_mps2,
+            alignment_speed_mps: self.config.guidance.alignment_speed_mps,
+        };
+        let next = modes::next(self.mode, &facts, &thresholds);
+        if next != self.mode {
+            self.log.record(now, Severity::Activity, EventKind::ModeChanged { from: self.mode, to: next });
+            self.mode = next;
+        }
+    }
+
+    fn parachute(&self, estimate: &Estimate, context: &GuidanceContext<'_>) -> Option<DeployCause> {
+        if matches!(self.mode, Mode::Standby | Mode::Deployed) {
+            return None;
+        }
+        trigger::evaluate(estimate, context)
+    }
+
+    fn actuator(&self, demand: &control::BankDemand) -> Actuator {
+        let discretes = match self.mode {
+            Mode::Deployed => Actuator::MORTAR_ARM | Actuator::MORTAR_FIRE,
+            Mode::HeadingAlignment | Mode::DegradedHeadingAlignment => Actuator::MORTAR_ARM,
+            _ => 0,
+        };
+        Actuator {
+            frame: self.frame,
+            bank_accel_radps2: demand.accel_radps2,
+            bank_rate_radps: demand.rate_radps,
+            discretes,
+            mode: self.mode,
+        }
+    }
+
+    fn health(&self) -> HealthTlm {
+        HealthTlm {
+            rejects: self.rejects,
+            worst_cost: self.cost.worst,
+            slips: self.cost.slips,
+            stack_high_water_bytes: self.cost.stack_high_water_bytes,
+            frames: self.frame,
+            events_lost: self.log.lost(),
+        }
+    }
+
+    fn log_guidance(&mut self, now: MissionTime, command: &GuidanceOutput) {
+        if let Some(bank_rad) = command.reversal_to_rad {
+            let kind = EventKind::Reversal { bank_rad: bank_rad as f32 };
+            self.log.record(now, Severity::Activity, kind);
+        }
+        if let Some(miss_m) = command.unreachable_by_m {
+            let kind = EventKind::TargetUnreachable { miss_m: miss_m as f32 };
+            self.log.record(now, Severity::Warning, kind);
+        }
+    }
+
+    fn log_parachute(&mut self, now: MissionTime, estimate: &Estimate, cause: Option<DeployCause>) {
+        if let Some(cause) = cause {
+            let (altitude_m, speed_mps) = (estimate.altitude_m as f32, estimate.speed_mps as f32);
+            let kind = EventKind::ParachuteFired { cause, altitude_m, speed_mps };
+            self.log.record(now, Severity::Activity, kind);
+        }
+    }
+}
+
+impl Default for Executive {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn nav_context<'a>(config: &'a Config, model: &'a OnboardModel) -> NavContext<'a> {
+    NavContext {
+        model,
+        parameters: &config.navigation,
+        sources: &config.sources,
+        mode: config.modes.navigation,
+    }
+}
+
+fn guidance_context<'a>(config: &'a Config, model: &'a OnboardModel) -> GuidanceContext<'a> {
+    GuidanceContext {
+        model,
+        target: &config.target,
+        deploy: &config.deploy,
+        guidance: &config.guidance,
+        constraints: &config.constraints,
+        control: &config.control,
+        trigger: config.modes.trigger,
+    }
+}

@@ -1,0 +1,100 @@
+//! The gates, in the order in which they are cheapest to fail.
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use xshell::{Shell, cmd};
+
+use crate::symbols;
+
+/// Bare-metal targets for which the core must build.
+const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "riscv64gc-unknown-none-elf"];
+
+type Gate = (&'static str, fn(&Shell) -> Result<()>);
+
+const GATES: [Gate; 9] = [
+    ("format", format),
+    ("lints", lints),
+    ("core, debug build with overflow checks", core_debug),
+    ("unit and system tests, release build", tests),
+    ("examples in the documentation", doc_tests),
+    ("core builds without std for both processors", bare_metal),
+    ("log formatting feature builds", log_feature),
+    ("documentation without broken links", documentation),
+    ("default flight from the command line", default_flight),
+];
+
+/// Runs the gates whose name contains `only`; the first failure ends the run.
+pub fn run(shell: &Shell, only: Option<&str>) -> Result<()> {
+    let start = Instant::now();
+    for (name, gate) in GATES {
+        if only.is_some_and(|text| !name.contains(text)) {
+            continue;
+        }
+        let gate_start = Instant::now();
+        eprintln!("── {name}");
+        if let Err(error) = gate(shell) {
+            bail!("gate failed: {name}: {error}");
+        }
+        eprintln!("   passed in {:.0} s", gate_start.elapsed().as_secs_f64());
+    }
+    eprintln!("All gates passed in {:.0} s.", start.elapsed().as_secs_f64());
+    Ok(())
+}
+
+fn format(shell: &Shell) -> Result<()> {
+    Ok(cmd!(shell, "cargo fmt --all --check").quiet().run()?)
+}
+
+fn lints(shell: &Shell) -> Result<()> {
+    Ok(cmd!(shell, "cargo clippy --quiet --workspace --all-targets --release -- -D warnings").quiet().run()?)
+}
+
+fn core_debug(shell: &Shell) -> Result<()> {
+    Ok(cmd!(shell, "cargo test --quiet --package fsw-core --lib --tests").quiet().run()?)
+}
+
+fn tests(shell: &Shell) -> Result<()> {
+    Ok(cmd!(shell, "cargo test --quiet --workspace --release --lib --bins --tests").quiet().run()?)
+}
+
+fn doc_tests(shell: &Shell) -> Result<()> {
+    Ok(cmd!(shell, "cargo test --quiet --workspace --release --doc").quiet().run()?)
+}
+
+fn bare_metal(shell: &Shell) -> Result<()> {
+    for target in TARGETS {
+        cmd!(shell, "cargo build --quiet --package fsw-core --release --target {target}").quiet().run()?;
+        symbols::check_core(shell, target)?;
+    }
+    Ok(())
+}
+
+fn log_feature(shell: &Shell) -> Result<()> {
+    Ok(cmd!(shell, "cargo check --quiet --package fsw-core --features defmt").quiet().run()?)
+}
+
+fn documentation(shell: &Shell) -> Result<()> {
+    let _flags = shell.push_env("RUSTDOCFLAGS", "-D warnings");
+    Ok(cmd!(shell, "cargo doc --quiet --workspace --no-deps --release").quiet().run()?)
+}
+
+fn default_flight(shell: &Shell) -> Result<()> {
+    let folder = shell.create_temp_dir()?;
+    let out = folder.path().join("run");
+    cmd!(shell, "cargo run --quiet --release -- fly --quiet --out {out}").quiet().run()?;
+    Ok(cmd!(shell, "cargo run --quiet --release -- replay --quiet {out}").quiet().run()?)
+}
+
+/// Sends `frames` mutated frames through the decoder; the test itself is part of the core's tests with fewer frames.
+pub fn fuzz(shell: &Shell, frames: u64, seed: u64) -> Result<()> {
+    let _frames = shell.push_env("AEROSHELL_FUZZ_FRAMES", frames.to_string());
+    let _seed = shell.push_env("AEROSHELL_FUZZ_SEED", seed.to_string());
+    Ok(cmd!(shell, "cargo test --release --package fsw-core --test link_fuzz -- --nocapture").run()?)
+}
+
+/// Rewrites the golden files; the diff goes into the commit that explains why results changed.
+pub fn bless(shell: &Shell) -> Result<()> {
+    let _bless = shell.push_env("AEROSHELL_BLESS", "1");
+    Ok(cmd!(shell, "cargo test --release --package system-tests --test change_indicator").run()?)
+}
