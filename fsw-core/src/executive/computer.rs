@@ -1,0 +1,213 @@
+//! [`FlightComputer`]: the executive behind a byte stream. Bytes in, at most one burst of frames out; no clock, no
+//! waiting. A host, a test and a board run exactly this.
+
+use super::cost::{MeasuredCost, NoProbe, Probe};
+use super::tick::{Executive, Outputs};
+use crate::fault::PENDING_EVENTS;
+use crate::link::framing::MAX_FRAME;
+use crate::link::packet::{
+    Command, CommandOutcome, CommandReply, Downlink, EventKind, Frame, Hello, Imu, Injection, Mode, Refusal, Severity,
+    Uplink,
+};
+use crate::link::parameters::BlockId;
+use crate::link::receiver::{Receiver, Sender};
+use crate::sensors::FrameInputs;
+use crate::time::MissionTime;
+
+/// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
+/// packets that follow, so that the cost of a packet stays bounded.
+pub const MAX_BRIDGED_FRAMES: u32 = 50;
+
+/// The flight software as seen from its link.
+#[derive(Clone, Debug)]
+pub struct FlightComputer {
+    executive: Executive,
+    receiver: Receiver<Uplink>,
+    sender: Sender,
+    inputs: FrameInputs,
+    cost: MeasuredCost,
+    build_id: u64,
+}
+
+impl FlightComputer {
+    /// A computer in `Standby`.
+    #[must_use]
+    pub fn new(build_id: u64) -> Self {
+        Self {
+            executive: Executive::new(),
+            receiver: Receiver::new(),
+            sender: Sender::new(),
+            inputs: FrameInputs::default(),
+            cost: MeasuredCost::default(),
+            build_id,
+        }
+    }
+
+    /// The executive, for snapshots and inspection.
+    #[must_use]
+    pub const fn executive(&self) -> &Executive {
+        &self.executive
+    }
+
+    /// Enters what the frame before cost; recorded with the next frame.
+    pub fn enter_cost(&mut self, cost: MeasuredCost) {
+        self.cost = cost;
+    }
+
+    /// Takes received bytes and hands each encoded frame of the answer to `transmit`.
+    pub fn receive(&mut self, bytes: &[u8], transmit: impl FnMut(&[u8])) {
+        self.receive_probed(bytes, &mut NoProbe, transmit);
+    }
+
+    /// As [`Self::receive`], telling `probe` when each slot of a minor frame is done.
+    pub fn receive_probed(&mut self, bytes: &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
+        for byte in bytes {
+            if let Some(frame) = self.receiver.push(*byte, &mut self.executive.rejects) {
+                self.handle(frame, probe, &mut transmit);
+            }
+        }
+    }
+
+    fn handle(&mut self, frame: Frame<Uplink>, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
+        let Frame { sequence, time, packet } = frame;
+        match packet {
+            Uplink::Hello(hello) => self.greet(&hello, transmit),
+            Uplink::Command(command) => {
+                let outcome = self.obey(command, time);
+                let reply = CommandReply { to_sequence: sequence, outcome };
+                self.send(time, Downlink::CommandReply(reply), transmit);
+                self.send_events(transmit);
+            }
+            Uplink::Pressure(pressure) => self.inputs.pressure = Some((time, pressure)),
+            Uplink::Radio(radio) => match self.inputs.radio.get_mut(usize::from(radio.source)) {
+                Some(slot) => *slot = Some((time, radio)),
+                None => self.executive.rejects.range = self.executive.rejects.range.saturating_add(1),
+            },
+            Uplink::Truth(truth) => self.inputs.truth = Some((time, truth)),
+            Uplink::Imu(imu) => self.close_frame(time, imu, probe, transmit),
+        }
+    }
+
+    /// The answer to a Hello is ours, whatever theirs says: the peer decides with it whether to go on. A peer that
+    /// does not match cannot command us by accident, its packets do not decode.
+    fn greet(&mut self, _theirs: &Hello, transmit: &mut impl FnMut(&[u8])) {
+        let ours = Hello::ours(self.build_id);
+        self.send(MissionTime::ZERO, Downlink::Hello(ours), transmit);
+    }
+
+    fn obey(&mut self, command: Command, now: MissionTime) -> CommandOutcome {
+        let result = match command {
+            Command::Load(_) if self.executive.is_armed() => Err(Refusal::AlreadyArmed),
+            Command::Load(block) => self.executive.config.apply(&block),
+            Command::ReadBack(id) => return self.read_back(id),
+            Command::Arm { digest } => self.arm(digest, now),
+            Command::Go if !self.executive.is_armed() => Err(Refusal::NotArmed),
+            Command::Go => self.executive.go().then_some(()).ok_or(Refusal::WrongMode),
+            Command::Inject(Injection::Overrun { frames }) => {
+                self.executive.cost.inject_overrun(frames);
+                Ok(())
+            }
+        };
+        match result {
+            Ok(()) => CommandOutcome::Accepted,
+            Err(refusal) => CommandOutcome::Refused(refusal),
+        }
+    }
+
+    fn read_back(&self, id: BlockId) -> CommandOutcome {
+        match self.executive.config.read_back(id) {
+            Some(block) => CommandOutcome::Block(block),
+            None => CommandOutcome::Refused(Refusal::BadTable { block: id }),
+        }
+    }
+
+    fn arm(&mut self, digest: u32, now: MissionTime) -> Result<(), Refusal> {
+        if self.executive.is_armed() {
+            return Err(Refusal::AlreadyArmed);
+        }
+        let held = self.executive.config.digest();
+        if held != digest {
+            return Err(Refusal::DigestMismatch { held });
+        }
+        self.executive.config.validate()?;
+        self.executive.arm().map_err(|_| Refusal::BadTable { block: BlockId::AtmosphereRows(0) })?;
+        self.executive.log.record(now, Severity::Activity, EventKind::Armed { digest });
+        Ok(())
+    }
+
+    /// An inertial measurement closes its minor frame. Frames that went missing before it are run first, without one.
+    fn close_frame(
+        &mut self,
+        time: MissionTime,
+        imu: Imu,
+        probe: &mut impl Probe,
+        transmit: &mut impl FnMut(&[u8]),
+    ) {
+        if self.executive.mode() == Mode::Standby {
+            return;
+        }
+        let present = self.executive.frame();
+        let wanted = time.frame_index();
+        let rejects = &mut self.executive.rejects;
+        if MissionTime::of_frame(wanted) != time {
+            rejects.range = rejects.range.saturating_add(1);
+            return;
+        }
+        if wanted <= present {
+            rejects.late = rejects.late.saturating_add(1);
+            return;
+        }
+        let missing = wanted - present - 1;
+        let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
+        rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
+        for index in 1..=bridged {
+            self.run_frame(MissionTime::of_frame(present.saturating_add(index)), &FrameInputs::default(), probe, transmit);
+        }
+        if bridged < missing {
+            let rejects = &mut self.executive.rejects;
+            rejects.early = rejects.early.saturating_add(1);
+            return;
+        }
+        let mut inputs = self.inputs;
+        self.inputs = FrameInputs::default();
+        inputs.imu = Some((time, imu));
+        self.run_frame(time, &inputs, probe, transmit);
+    }
+
+    fn run_frame(
+        &mut self,
+        now: MissionTime,
+        inputs: &FrameInputs,
+        probe: &mut impl Probe,
+        transmit: &mut impl FnMut(&[u8]),
+    ) {
+        let cost = self.cost;
+        let Outputs { actuator, navigation, guidance, health } = self.executive.tick(now, inputs, &cost, probe);
+        if let Some(tlm) = navigation {
+            self.send(now, Downlink::NavTlm(tlm), transmit);
+        }
+        if let Some(tlm) = guidance {
+            self.send(now, Downlink::GuidanceTlm(tlm), transmit);
+        }
+        if let Some(tlm) = health {
+            self.send(now, Downlink::HealthTlm(tlm), transmit);
+        }
+        self.send_events(transmit);
+        self.send(now, Downlink::Actuator(actuator), transmit);
+    }
+
+    fn send_events(&mut self, transmit: &mut impl FnMut(&[u8])) {
+        for _ in 0..PENDING_EVENTS {
+            let Some(event) = self.executive.log.next_pending() else { return };
+            self.send(event.time, Downlink::Event(event), transmit);
+        }
+    }
+
+    fn send(&mut self, time: MissionTime, packet: Downlink, transmit: &mut impl FnMut(&[u8])) {
+        let mut out = [0; MAX_FRAME];
+        // A packet always fits: the buffer is sized by the largest one.
+        if let Ok(bytes) = self.sender.encode(time, packet, &mut out) {
+            transmit(bytes);
+        }
+    }
+}
