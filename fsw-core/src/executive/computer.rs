@@ -37,7 +37,7 @@ impl FlightComputer {
             executive: Executive::new(),
             receiver: Receiver::new(),
             sender: Sender::new(),
-            inputs: FrameInputs::default(),
+            inputs: FrameInputs::new(),
             cost: MeasuredCost::default(),
             build_id,
         }
@@ -78,12 +78,11 @@ impl FlightComputer {
                 self.send(time, Downlink::CommandReply(reply), transmit);
                 self.send_events(transmit);
             }
-            Uplink::Pressure(pressure) => self.inputs.pressure = Some((time, pressure)),
-            Uplink::Radio(radio) => match self.inputs.radio.get_mut(usize::from(radio.source)) {
-                Some(slot) => *slot = Some((time, radio)),
-                None => self.executive.rejects.range = self.executive.rejects.range.saturating_add(1),
-            },
-            Uplink::Truth(truth) => self.inputs.truth = Some((time, truth)),
+            // Simulation only: the truth of a frame already closed (the entry epoch) tells nothing new.
+            Uplink::Truth(_) if time.frame_index() <= self.executive.frame() => {}
+            Uplink::Pressure(_) | Uplink::Radio(_) | Uplink::Truth(_) => {
+                self.inputs.put(time, &packet, &mut self.executive.rejects);
+            }
             Uplink::Imu(imu) => self.close_frame(time, imu, probe, transmit),
         }
     }
@@ -161,15 +160,14 @@ impl FlightComputer {
         let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
         rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
         for index in 1..=bridged {
-            self.run_frame(MissionTime::of_frame(present.saturating_add(index)), &FrameInputs::default(), probe, transmit);
+            self.run_frame(MissionTime::of_frame(present.saturating_add(index)), &FrameInputs::new(), probe, transmit);
         }
         if bridged < missing {
             let rejects = &mut self.executive.rejects;
             rejects.early = rejects.early.saturating_add(1);
             return;
         }
-        let mut inputs = self.inputs;
-        self.inputs = FrameInputs::default();
+        let mut inputs = core::mem::take(&mut self.inputs);
         inputs.imu = Some((time, imu));
         self.run_frame(time, &inputs, probe, transmit);
     }
