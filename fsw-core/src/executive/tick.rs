@@ -6,11 +6,13 @@ use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, SlotId, due};
 use crate::config::Config;
 use crate::control;
 use crate::fault::{EventLog, FrameReport, Monitor};
-use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, trigger};
+use crate::guidance::trigger::{self, TriggerState};
+use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput};
 use crate::link::packet::{
     Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, RejectCounters, Severity,
 };
-use crate::model::{ModelError, OnboardModel};
+use crate::math::fun::exp;
+use crate::model::{ModelError, OnboardModel, loads};
 use crate::nav::{Estimate, NavContext, Navigator};
 use crate::sensors::{self, FrameInputs};
 use crate::time::MissionTime;
@@ -123,7 +125,7 @@ impl Executive {
         probe.slot_done(SlotId::Navigation);
 
         let context = guidance_context(&self.config, model);
-        let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, context: &context };
+        let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, context };
         let command = self.guidance.advance(&input);
         probe.slot_done(SlotId::Guidance);
 
@@ -132,18 +134,17 @@ impl Executive {
         let cause = self.parachute(&estimate, &context);
         probe.slot_done(SlotId::Control);
 
-        let verdict = self.monitor.step(
-            &FrameReport {
-                time: now,
-                frame: self.frame,
-                imu_present: batch.imu.is_some(),
-                navigation_valid: estimate.valid,
-                rejects: &self.rejects,
-                innovations: self.navigator.frame_innovations(),
-                covariance_restored: self.navigator.covariance_restored(),
-            },
-            &mut self.log,
-        );
+        let navigation = due(self.frame, NAV_TELEMETRY_FRAMES, 0).then(|| self.navigator.telemetry());
+        let report = FrameReport {
+            time: now,
+            frame: self.frame,
+            imu_present: batch.imu.is_some(),
+            navigation_valid: estimate.valid,
+            rejects: &self.rejects,
+            innovations: navigation.as_ref().map(|tlm| &tlm.innovations),
+            covariance_restored: self.navigator.counters().covariance_restored,
+        };
+        let verdict = self.monitor.step(&report, &mut self.log);
         self.log_guidance(now, &command);
         self.log_parachute(now, &estimate, cause);
         self.change_mode(now, &estimate, verdict.navigation_usable, cause.is_some());
@@ -151,7 +152,7 @@ impl Executive {
 
         let outputs = Outputs {
             actuator: self.actuator(&demand),
-            navigation: due(self.frame, NAV_TELEMETRY_FRAMES, 0).then(|| self.navigator.telemetry()),
+            navigation,
             guidance: command.telemetry,
             health: due(self.frame, HEALTH_FRAMES, 0).then(|| self.health()),
         };
@@ -183,7 +184,16 @@ impl Executive {
         if matches!(self.mode, Mode::Standby | Mode::Deployed) {
             return None;
         }
-        trigger::evaluate(estimate, context)
+        let air = &context.model.atmosphere;
+        let density = air.density(estimate.altitude_m) * exp(estimate.log_density);
+        let state = TriggerState {
+            r_p: estimate.r_p,
+            v_p: estimate.v_p,
+            altitude_m: estimate.altitude_m,
+            mach: estimate.speed_mps / air.speed_of_sound_mps(estimate.altitude_m),
+            dynamic_pressure_pa: loads::dynamic_pressure_pa(density, estimate.speed_mps),
+        };
+        trigger::evaluate(&state, &context.target_p(), context.trigger, context.deploy)
     }
 
     fn actuator(&self, demand: &control::BankDemand) -> Actuator {
@@ -213,11 +223,11 @@ impl Executive {
     }
 
     fn log_guidance(&mut self, now: MissionTime, command: &GuidanceOutput) {
-        if let Some(bank_rad) = command.reversal_to_rad {
+        if let Some(bank_rad) = command.reversal {
             let kind = EventKind::Reversal { bank_rad: bank_rad as f32 };
             self.log.record(now, Severity::Activity, kind);
         }
-        if let Some(miss_m) = command.unreachable_by_m {
+        if let Some(miss_m) = command.unreachable_m {
             let kind = EventKind::TargetUnreachable { miss_m: miss_m as f32 };
             self.log.record(now, Severity::Warning, kind);
         }

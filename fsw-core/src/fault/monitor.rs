@@ -20,8 +20,8 @@ pub struct FrameReport<'a> {
     pub navigation_valid: bool,
     /// Link and validation counters so far.
     pub rejects: &'a RejectCounters,
-    /// Innovations of this frame.
-    pub innovations: &'a [Option<Innovation>; MAX_INNOVATIONS],
+    /// Innovations since the navigation telemetry before; none in the frames between.
+    pub innovations: Option<&'a [Option<Innovation>; MAX_INNOVATIONS]>,
     /// Covariance restorations so far.
     pub covariance_restored: u16,
 }
@@ -102,7 +102,7 @@ impl Monitor {
     }
 
     fn watch_gates(&mut self, report: &FrameReport<'_>, log: &mut EventLog) {
-        let gated = report.innovations.iter().flatten().find(|i| i.verdict == Fate::Gated);
+        let gated = report.innovations.into_iter().flatten().flatten().find(|i| i.verdict == Fate::Gated);
         if let Some(innovation) = gated
             && throttle_over(self.gate_event_frame, report.frame)
         {
@@ -154,7 +154,7 @@ mod tests {
                 imu_present,
                 navigation_valid,
                 rejects: &self.rejects,
-                innovations: &[None; MAX_INNOVATIONS],
+                innovations: None,
                 covariance_restored: 0,
             };
             self.monitor.step(&report, &mut self.log)
