@@ -6,13 +6,11 @@ use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, SlotId, due};
 use crate::config::Config;
 use crate::control;
 use crate::fault::{EventLog, FrameReport, Monitor};
-use crate::guidance::trigger::{self, TriggerState};
-use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput};
+use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, trigger};
 use crate::link::packet::{
     Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, RejectCounters, Severity,
 };
-use crate::math::fun::exp;
-use crate::model::{ModelError, OnboardModel, loads};
+use crate::model::{ModelError, OnboardModel};
 use crate::nav::{Estimate, NavContext, Navigator};
 use crate::sensors::{self, FrameInputs};
 use crate::time::MissionTime;
@@ -184,16 +182,7 @@ impl Executive {
         if matches!(self.mode, Mode::Standby | Mode::Deployed) {
             return None;
         }
-        let air = &context.model.atmosphere;
-        let density = air.density(estimate.altitude_m) * exp(estimate.log_density);
-        let state = TriggerState {
-            r_p: estimate.r_p,
-            v_p: estimate.v_p,
-            altitude_m: estimate.altitude_m,
-            mach: estimate.speed_mps / air.speed_of_sound_mps(estimate.altitude_m),
-            dynamic_pressure_pa: loads::dynamic_pressure_pa(density, estimate.speed_mps),
-        };
-        trigger::evaluate(&state, &context.target_p(), context.trigger, context.deploy)
+        trigger::evaluate(estimate, context)
     }
 
     fn actuator(&self, demand: &control::BankDemand) -> Actuator {
