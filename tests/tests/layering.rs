@@ -18,7 +18,9 @@ fn named_modules<'a>(text: &'a str, root: &str) -> Vec<&'a str> {
         let rest = &text[at + root.len()..];
         if let Some(group) = rest.strip_prefix('{') {
             let end = group.find('}').expect("closed import group");
-            names.extend(group[..end].split(',').filter_map(|item| item.trim().split("::").next()).filter(|n| !n.is_empty()));
+            names.extend(
+                group[..end].split(',').filter_map(|item| item.trim().split("::").next()).filter(|n| !n.is_empty()),
+            );
         } else {
             let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
             names.push(&rest[..end]);
@@ -102,7 +104,16 @@ fn transcendental_functions_and_comparisons_go_through_one_module_each() {
 fn nalgebra_never_gets_its_std_feature() {
     // With it the matrix product is another one, with fused multiply-add on some machines: other bits.
     let output = std::process::Command::new(env!("CARGO"))
-        .args(["tree", "--workspace", "--edges", "normal,build,dev,features", "--invert", "nalgebra", "--prefix", "none"])
+        .args([
+            "tree",
+            "--workspace",
+            "--edges",
+            "normal,build,dev,features",
+            "--invert",
+            "nalgebra",
+            "--prefix",
+            "none",
+        ])
         .current_dir(system_tests::workspace())
         .output()
         .expect("cargo tree runs");

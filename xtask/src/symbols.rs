@@ -9,7 +9,8 @@ use xshell::{Shell, cmd};
 pub fn check_core(shell: &Shell, target: &str) -> Result<()> {
     let library = library(shell, target)?;
     let nm = llvm_tool(shell, "llvm-nm")?;
-    let undefined = cmd!(shell, "{nm} --undefined-only --just-symbol-name --quiet {library}").quiet().ignore_stderr().read()?;
+    let undefined =
+        cmd!(shell, "{nm} --undefined-only --just-symbol-name --quiet {library}").quiet().ignore_stderr().read()?;
     let forbidden: Vec<&str> = undefined.lines().filter(|symbol| is_forbidden(symbol)).collect();
     if !forbidden.is_empty() {
         bail!("{target}: the core calls {}", forbidden.join(", "));

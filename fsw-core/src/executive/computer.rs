@@ -135,13 +135,7 @@ impl FlightComputer {
     }
 
     /// An inertial measurement closes its minor frame. Frames that went missing before it are run first, without one.
-    fn close_frame(
-        &mut self,
-        time: MissionTime,
-        imu: Imu,
-        probe: &mut impl Probe,
-        transmit: &mut impl FnMut(&[u8]),
-    ) {
+    fn close_frame(&mut self, time: MissionTime, imu: Imu, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         if self.executive.mode() == Mode::Standby {
             return;
         }

@@ -48,13 +48,7 @@ impl CostLedger {
     /// A ledger that has seen nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            worst: [0; SLOT_COUNT],
-            slips: 0,
-            stack_high_water_bytes: 0,
-            last_event_frame: None,
-            injected_frames: 0,
-        }
+        Self { worst: [0; SLOT_COUNT], slips: 0, stack_high_water_bytes: 0, last_event_frame: None, injected_frames: 0 }
     }
 
     /// Makes the next `frames` frames count as overrun, for tests of the response.

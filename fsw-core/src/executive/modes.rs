@@ -111,8 +111,7 @@ mod tests {
     use super::*;
 
     const THRESHOLDS: Thresholds = Thresholds { range_control_load_mps2: 2.0, alignment_speed_mps: 600.0 };
-    const CALM: Facts =
-        Facts { go: true, load_mps2: 0.0, speed_mps: 5000.0, navigation_usable: true, fired: false };
+    const CALM: Facts = Facts { go: true, load_mps2: 0.0, speed_mps: 5000.0, navigation_usable: true, fired: false };
 
     fn walk(facts: &[Facts]) -> Mode {
         facts.iter().fold(Mode::Standby, |mode, f| next(mode, f, &THRESHOLDS))

@@ -75,7 +75,8 @@ const fn schedule_is_sound() -> bool {
     sum <= FRAME_BUDGET
 }
 
-const _: () = assert!(schedule_is_sound(), "schedule: rows out of order, offset beyond period, or budgets above the frame's");
+const _: () =
+    assert!(schedule_is_sound(), "schedule: rows out of order, offset beyond period, or budgets above the frame's");
 
 #[cfg(test)]
 mod tests {

@@ -127,8 +127,7 @@ impl Executive {
         let command = self.guidance.advance(&input);
         probe.slot_done(SlotId::Guidance);
 
-        let demand =
-            control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
+        let demand = control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
         let cause = self.parachute(&estimate, &context);
         probe.slot_done(SlotId::Control);
 
@@ -238,12 +237,7 @@ impl Default for Executive {
 }
 
 fn nav_context<'a>(config: &'a Config, model: &'a OnboardModel) -> NavContext<'a> {
-    NavContext {
-        model,
-        parameters: &config.navigation,
-        sources: &config.sources,
-        mode: config.modes.navigation,
-    }
+    NavContext { model, parameters: &config.navigation, sources: &config.sources, mode: config.modes.navigation }
 }
 
 fn guidance_context<'a>(config: &'a Config, model: &'a OnboardModel) -> GuidanceContext<'a> {
