@@ -55,9 +55,6 @@ pub struct Table<const COLUMNS: usize, const CAPACITY: usize> {
     rows: Vec<TableRow<COLUMNS>, CAPACITY>,
 }
 
-/// Halvings of the search; enough for any table of up to 2³² rows.
-const MAX_HALVINGS: usize = 32;
-
 impl<const COLUMNS: usize, const CAPACITY: usize> Table<COLUMNS, CAPACITY> {
     /// A table from its rows, in increasing order of the abscissa.
     ///
@@ -112,33 +109,19 @@ impl<const COLUMNS: usize, const CAPACITY: usize> Table<COLUMNS, CAPACITY> {
         &self.rows
     }
 
-    /// The rows around `x`.
+    /// The rows around `x`. The search halves the rows: at most log₂ `CAPACITY` comparisons.
     fn bracket(&self, x: f64) -> Bracket<'_, COLUMNS> {
-        const { assert!(CAPACITY > 0, "a table holds at least one row") };
-        let (Some(first), Some(last)) = (self.rows.first(), self.rows.last()) else {
-            return Bracket::Beyond(&TableRow { x: 0.0, y: [0.0; COLUMNS] });
+        let above = self.rows.partition_point(|row| row.x <= x);
+        // Below the first row, and for NaN, nothing lies at or below `x`.
+        let Some(index_below) = above.checked_sub(1) else {
+            return Bracket::Beyond(self.rows.first().unwrap_or(&TableRow { x: 0.0, y: [0.0; COLUMNS] }));
         };
-        if x.is_nan() || x <= first.x {
-            return Bracket::Beyond(first);
+        match (self.rows.get(index_below), self.rows.get(above)) {
+            (Some(low), Some(high)) => Bracket::Between(low, high),
+            (Some(last), None) => Bracket::Beyond(last),
+            // Not reached: an index below the length always has its row.
+            (None, _) => Bracket::Beyond(&TableRow { x: 0.0, y: [0.0; COLUMNS] }),
         }
-        if x >= last.x {
-            return Bracket::Beyond(last);
-        }
-        let (mut below, mut above) = (first, last);
-        let (mut low, mut high) = (0, self.rows.len() - 1);
-        for _ in 0..MAX_HALVINGS {
-            let middle = low + (high - low) / 2;
-            let Some(row) = self.rows.get(middle) else { break };
-            if middle == low {
-                break;
-            }
-            if row.x <= x {
-                (low, below) = (middle, row);
-            } else {
-                (high, above) = (middle, row);
-            }
-        }
-        Bracket::Between(below, above)
     }
 }
 
