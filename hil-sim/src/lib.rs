@@ -5,7 +5,7 @@
 //!
 //! * [`atmosphere`], [`wind`], [`aero`] the world around the vehicle. * [`dynamics`] its motion; [`propagate`] open-loop
 //!   flights with located stops. * [`actuator`], [`attitude`] bank and trim. * [`sensors`], [`orbiter`] measurements.
-//! * [`noise`] seeded streams of random numbers. * [`case`](mod@case) one fully determined flight.
+//! * [`noise`] seeded streams of random numbers. * [`case`](mod@case) one fully determined flight; [`dispersion`] draws it.
 //! * [`truth`] the simulator, frame by frame. * [`scenario`] the files that describe a flight.
 #![forbid(unsafe_code)]
 
@@ -14,6 +14,7 @@ pub mod aero;
 pub mod atmosphere;
 pub mod attitude;
 pub mod case;
+pub mod dispersion;
 pub mod dynamics;
 pub mod noise;
 pub mod orbiter;

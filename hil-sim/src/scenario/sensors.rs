@@ -22,7 +22,7 @@ pub struct Imu {
     pub accelerometer_bias_ug: f64,
     /// Accelerometer scale factor per axis, 1σ.
     pub accelerometer_scale_ppm: f64,
-    /// Accelerometer misalignment, each of six angles, 1σ.
+    /// Accelerometer misalignment: rotation vector of the triad against the body axes, per axis, 1σ.
     pub accelerometer_misalignment_mrad: f64,
     /// Accelerometer white noise, millionths of standard gravity per √Hz.
     pub accelerometer_noise_ugprthz: f64,
