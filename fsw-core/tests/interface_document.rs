@@ -7,6 +7,7 @@ use fsw_core::config::limits::{self, Limit};
 use fsw_core::link::framing::{MAX_FRAME, MAX_PAYLOAD, wire_len};
 use fsw_core::link::packet::{Downlink, Frame, Uplink};
 use fsw_core::link::parameters::ParameterBlock;
+use fsw_core::sensors::limits as sensors;
 use postcard::experimental::max_size::MaxSize;
 use postcard_schema::Schema;
 use postcard_schema::schema::{DataModelType as Type, DataModelVariant as Variant, NamedType, NamedValue};
@@ -227,8 +228,34 @@ fn the_document_states_the_ranges_of_radio_sources() {
     }
 }
 
+#[test]
+fn the_document_states_the_ranges_of_measurements() {
+    let text = document();
+    let thousands = |n: u32| {
+        let (millions, rest) = (n / 1_000_000, n % 1_000_000);
+        format!("±{millions},{:03},{:03}", rest / 1_000, rest % 1_000)
+    };
+    for (field, range) in [
+        ("delta_v_counts", thousands(sensors::MAX_DELTA_V_COUNTS)),
+        ("delta_theta_counts", thousands(sensors::MAX_DELTA_THETA_COUNTS)),
+        ("stagnation_pa", format!("−{} to {}", -sensors::MIN_STAGNATION_PA, sensors::MAX_STAGNATION_PA)),
+        ("range_m", format!("{} to {:e}", sensors::MIN_RANGE_M, sensors::MAX_RANGE_M)),
+        ("range_rate_mps", format!("±{}", sensors::MAX_RANGE_RATE_MPS)),
+        ("quality", format!("{} to 255", sensors::MIN_QUALITY)),
+    ] {
+        let start = format!("| `{field}` |");
+        let found = text.lines().any(|l| l.starts_with(&start) && l.contains(&format!("| {range} |")));
+        assert!(found, "doc/icd.md does not give the range of {field}: {range}");
+    }
+    for (rule, time) in [("late", sensors::MAX_AGE), ("early", sensors::MAX_LEAD)] {
+        let start = format!("| {rule} |");
+        let figure = format!("{} ms", time.0 / 1_000);
+        assert!(text.lines().any(|l| l.starts_with(&start) && l.contains(&figure)), "{rule}: {figure}");
+    }
+}
+
 /// Packets per second at most, from the schedule: see the table of rates in the document.
-const UPLINK_RATES: [(&str, f64); 3] = [("Imu", 50.0), ("Pressure", 10.0), ("Radio", 4.0)];
+const UPLINK_RATES: [(&str, f64); 4] = [("Imu", 50.0), ("Pressure", 10.0), ("Radio", 4.0), ("Truth", 50.0)];
 const DOWNLINK_RATES: [(&str, f64); 5] =
     [("Actuator", 50.0), ("NavTlm", 10.0), ("GuidanceTlm", 1.0), ("HealthTlm", 1.0), ("Event", 10.0)];
 

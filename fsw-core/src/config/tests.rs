@@ -181,8 +181,11 @@ fn with_number_replaced(block: &ParameterBlock, header: usize, number: usize, va
     decode(&bytes[..len]).unwrap()
 }
 
-/// Every block that consists of numbers only: bytes before the first number, and components and limit of each field.
-fn numeric_blocks() -> Vec<(ParameterBlock, usize, Vec<(usize, Limit)>)> {
+/// A block of numbers only: the block, bytes before its first number, components and limit of each field.
+type NumericBlock = (ParameterBlock, usize, Vec<(usize, Limit)>);
+
+/// All of them.
+fn numeric_blocks() -> Vec<NumericBlock> {
     let d = Config::DEFAULT;
     let scalars = |limits: &[Limit]| limits.iter().map(|l| (1, *l)).collect::<Vec<_>>();
     let beacon = RadioSource::Beacon { longitude_rad: 0.3, latitude_rad: 0.4, altitude_m: 0.0 };
