@@ -1,8 +1,8 @@
 //! [`Aerodynamics`]: drag and lift coefficients at the trim angle of attack.
 
 use super::{ModelError, finite, positive};
-use crate::link::parameters::{AeroRow, MAX_AERO_ROWS, VehicleParameters};
 use crate::math::{Scalar, Table, TableRow};
+use crate::model::parameters::{AeroRow, MAX_AERO_ROWS, VehicleParameters};
 
 /// Drag and lift coefficients, constant or by Mach number (linear between rows, constant beyond).
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! [`Atmosphere`]: density, temperature and speed of sound against altitude.
 
 use super::{ModelError, finite, positive};
-use crate::link::parameters::{AtmosphereParameters, AtmosphereRow, MAX_ATMOSPHERE_ROWS};
 use crate::math::{Scalar, Table, TableRow, fun};
+use crate::model::parameters::{AtmosphereParameters, AtmosphereRow, MAX_ATMOSPHERE_ROWS};
 
 /// The air as the flight software believes it: an exponential law, or a table that is linear in log-density.
 ///

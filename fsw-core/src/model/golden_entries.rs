@@ -7,8 +7,8 @@ use super::OnboardModel;
 use super::entry::{cartesian_rates, spherical_rates};
 use super::loads::Loads;
 use crate::frames::{PlanetRelative, Vec3};
-use crate::link::parameters::{AtmosphereParameters, VehicleParameters};
 use crate::math::rk4;
+use crate::model::parameters::{AtmosphereParameters, VehicleParameters};
 use crate::planet::{Planet, STANDARD_GRAVITY_MPS2};
 use crate::units::{deg, rad};
 

@@ -68,7 +68,7 @@ impl Loads {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::link::parameters::{AtmosphereParameters, VehicleParameters};
+    use crate::model::parameters::{AtmosphereParameters, VehicleParameters};
     use crate::planet::{MARS, STANDARD_GRAVITY_MPS2};
     use crate::units::rad;
 

@@ -14,9 +14,10 @@ mod golden_entries;
 pub mod gravity;
 pub mod loads;
 pub mod orbiter;
+pub mod parameters;
 
-use crate::link::parameters::{AeroRow, AtmosphereParameters, AtmosphereRow, VehicleParameters};
 use crate::math::{Scalar, TableError};
+use crate::model::parameters::{AeroRow, AtmosphereParameters, AtmosphereRow, VehicleParameters};
 use crate::planet::Planet;
 
 use aero::Aerodynamics;

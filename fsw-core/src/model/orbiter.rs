@@ -2,8 +2,8 @@
 
 use super::gravity;
 use crate::frames::{Inertial, PlanetFixed, Vec3, inertial_from_planet_relative, surface_point};
-use crate::link::parameters::RadioSource;
 use crate::math::{num, rk4};
+use crate::model::parameters::RadioSource;
 use crate::planet::Planet;
 use crate::time::{Micros, MissionTime};
 
