@@ -5,7 +5,7 @@
 //! command is for actuators that close a rate loop of their own; this one has none, so an error of the navigator's bank
 //! rate never turns into a wrong torque.
 
-use libm::{exp, expm1, log};
+use libm::{expm1, log};
 
 /// What the actuator can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +86,7 @@ impl Phase {
         Bank {
             angle_rad: angle_rad + t * (rate_radps + 0.5 * c * t) + excess * tau * tau * (x - rise),
             rate_radps: rate_radps + c * t + excess * tau * rise,
-            accel_radps2: c + excess * exp(-x),
+            accel_radps2: c + excess * (1.0 - rise),
         }
     }
 

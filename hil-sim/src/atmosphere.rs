@@ -133,6 +133,11 @@ impl DensityDispersion {
     /// Natural logarithm of the ratio of density to the profile.
     #[must_use]
     pub fn log_ratio(&self, altitude_m: f64) -> f64 {
+        libm::log1p(self.bias) + self.exponent(altitude_m)
+    }
+
+    /// The same without the bias, which is cheaper as a factor.
+    fn exponent(&self, altitude_m: f64) -> f64 {
         let z = ((altitude_m - 20e3) / 40e3).clamp(-0.5, 1.5);
         let wave = if self.wave_amplitude != 0.0 && self.wave_length_m > 0.0 {
             let phase = 2.0 * core::f64::consts::PI * altitude_m / self.wave_length_m + self.wave_phase_rad;
@@ -141,7 +146,7 @@ impl DensityDispersion {
             0.0
         };
         let random = self.perturbation.as_ref().map_or(0.0, |p| p.at(altitude_m));
-        libm::log1p(self.bias) + self.slope * z + wave + random
+        self.slope * z + wave + random
     }
 }
 
@@ -214,14 +219,14 @@ impl Atmosphere {
     /// Density, kg/m³.
     #[must_use]
     pub fn density_kgpm3(&self, altitude_m: f64) -> f64 {
-        let ratio =
-            if self.dispersion == DensityDispersion::default() { 0.0 } else { self.dispersion.log_ratio(altitude_m) };
+        let factor = self.density_scale * (1.0 + self.dispersion.bias);
+        let exponent = self.dispersion.exponent(altitude_m);
         match &self.profile {
             Profile::Exponential { reference_density_kgpm3, reference_altitude_m, scale_height_m, .. } => {
-                let exponent = ratio - (altitude_m - reference_altitude_m) / scale_height_m;
-                self.density_scale * reference_density_kgpm3 * exp(exponent)
+                let depth = (altitude_m - reference_altitude_m) / scale_height_m;
+                factor * reference_density_kgpm3 * exp(exponent - depth)
             }
-            Profile::Table(table) => self.density_scale * exp(table.log_density(altitude_m) + ratio),
+            Profile::Table(table) => factor * exp(table.log_density(altitude_m) + exponent),
         }
     }
 
