@@ -160,9 +160,11 @@ fn telemetry(record: &mut FlightRecord, frame: u32, truth: &TruthSample, bank: f
     let time = MissionTime::of_frame(frame);
     let rate = (command_rad(truth.time_s) - bank).clamp(-0.35, 0.35);
     record.actuators.push(Actuator { frame, bank_rate_radps: rate, mode, ..Actuator::default() });
-    let slow = if frame % 997 == 0 { 140.0 } else { 0.0 };
-    record.frame_cost_us.push((6.0 + 2.0 * noise(frame).abs() + if frame % 5 == 0 { 9.0 } else { 0.0 } + slow) as f32);
-    if frame % 5 == 0 {
+    let slow = if frame.is_multiple_of(997) { 140.0 } else { 0.0 };
+    record
+        .frame_cost_us
+        .push((6.0 + 2.0 * noise(frame).abs() + if frame.is_multiple_of(5) { 9.0 } else { 0.0 } + slow) as f32);
+    if frame.is_multiple_of(5) {
         let sigma = 450.0 - truth.time_s;
         let mut nav =
             NavTlm { bank_rad: bank as f32 + 0.004, log_density: 0.1, log_density_sigma: 0.05, ..NavTlm::default() };
@@ -175,7 +177,7 @@ fn telemetry(record: &mut FlightRecord, frame: u32, truth: &TruthSample, bank: f
             nav.covariance[(row + 3) * (row + 4) / 2 + row + 3] = (3e-5 * sigma * sigma) as f32;
         }
         nav.innovations[0] = Some(innovation(time, MeasurementKind::Pressure, 0, noise(frame)));
-        if frame % 50 == 0 {
+        if frame.is_multiple_of(50) {
             for source in 0..2u8 {
                 let n = noise(frame * 3 + u32::from(source));
                 nav.innovations[1 + usize::from(source)] = Some(innovation(time, MeasurementKind::Range, source, n));
@@ -186,7 +188,7 @@ fn telemetry(record: &mut FlightRecord, frame: u32, truth: &TruthSample, bank: f
         record.nees.push(NeesSample { time_s: truth.time_s, nees: 6.0 + 4.0 * noise(frame), ..NeesSample::default() });
         record.nav.push((time, nav));
     }
-    if frame % 50 == 0 && mode != Mode::Coast {
+    if frame.is_multiple_of(50) && mode != Mode::Coast {
         let cycle = GuidanceTlm {
             cycle: frame / 50,
             effective: time,
@@ -197,7 +199,7 @@ fn telemetry(record: &mut FlightRecord, frame: u32, truth: &TruthSample, bank: f
             iterations: 1,
             predictions: 2 + (frame / 50 % 3) as u8,
             evaluations: 420 + (frame / 50 % 7) as u16 * 30,
-            outcome: if frame % 400 == 0 { CycleOutcome::BestSoFar } else { CycleOutcome::Converged },
+            outcome: if frame.is_multiple_of(400) { CycleOutcome::BestSoFar } else { CycleOutcome::Converged },
             margins: [0.4, 0.3, 0.5],
             ..GuidanceTlm::default()
         };

@@ -73,7 +73,7 @@ fn decorate(panel: Panel, story: &Story<'_>, corners: &[Point]) -> Panel {
 #[must_use]
 pub fn deploy_box(story: &Story<'_>) -> Vec<Point> {
     let (limits, truth) = (&story.record.facts.deploy, &story.record.truth);
-    if truth.last().is_none_or(|s| !(s.altitude_m < BOX_KNOWN_BELOW_M)) {
+    if truth.last().is_none_or(|s| s.altitude_m.is_nan() || s.altitude_m >= BOX_KNOWN_BELOW_M) {
         return Vec::new();
     }
     let (bottom, height) = (limits.min_altitude_m, limits.max_altitude_m - limits.min_altitude_m);

@@ -35,8 +35,20 @@ impl Frame {
     }
 }
 
+/// A line in more pieces than this is drawn through its gaps: nobody could see them all.
+const MOST_RUNS: usize = 200;
+
 /// Splits a line where it is not finite or leaves the frame.
 pub fn runs(points: &[Point], frame: &Frame) -> Vec<Vec<Point>> {
+    let split = split(points, frame);
+    if split.len() <= MOST_RUNS {
+        return split;
+    }
+    let bridged: Vec<Point> = points.iter().filter(|p| finite(p)).copied().collect();
+    self::split(&bridged, frame)
+}
+
+fn split(points: &[Point], frame: &Frame) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
     for pair in points.windows(2) {
         let (a, b) = (pair[0], pair[1]);
@@ -119,6 +131,13 @@ mod tests {
     fn what_is_not_a_number_interrupts_a_line() {
         let line = [(0.0, 0.0), (0.2, 0.2), (0.4, f64::NAN), (0.6, 0.6), (0.8, 0.8)];
         assert_eq!(runs(&line, &UNIT).len(), 2);
+    }
+
+    #[test]
+    fn a_line_full_of_holes_is_drawn_through_them() {
+        let y = |i: u32| if i.is_multiple_of(3) { f64::NAN } else { 0.5 };
+        let line: Vec<Point> = (0..3000).map(|i| (f64::from(i) / 3000.0, y(i))).collect();
+        assert_eq!(runs(&line, &UNIT).len(), 1);
     }
 
     #[test]

@@ -2,8 +2,7 @@
 
 use maud::html;
 use plotters::coord::Shift;
-use plotters::coord::combinators::{BindKeyPoints, WithKeyPoints};
-use plotters::coord::types::RangedCoordf64;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -36,7 +35,31 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotE
     }
 }
 
-type Coordinates = Cartesian2d<WithKeyPoints<RangedCoordf64>, WithKeyPoints<RangedCoordf64>>;
+type Coordinates = Cartesian2d<Scale, Scale>;
+
+/// A linear axis of the library with ticks of our choice.
+struct Scale {
+    range: (f64, f64),
+    ticks: Vec<f64>,
+}
+
+impl Ranged for Scale {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        let share = (value - self.range.0) / (self.range.1 - self.range.0);
+        from + (share * f64::from(to - from)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.range.0..self.range.1
+    }
+}
 
 /// An SVG picture in the making; sizes in pixels.
 pub struct Canvas {
@@ -101,7 +124,7 @@ impl Canvas {
         let (w, h) = self.size;
         let (vw, vh) = (w * UNITS, h * UNITS);
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {vw} {vh}\">{}</svg>\n",
+            "<svg stroke-linecap=\"round\" stroke-linejoin=\"round\" xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {vw} {vh}\">{}</svg>\n",
             self.body
         )
     }
@@ -125,8 +148,8 @@ fn draw_panel(
         .set_label_area_size(LabelAreaPosition::Left, LEFT * UNITS)
         .set_label_area_size(LabelAreaPosition::Bottom, bottom * UNITS)
         .build_cartesian_2d(
-            (frame.x.0..frame.x.1).with_key_points(x_ticks.clone()),
-            (frame.y.0..frame.y.1).with_key_points(y_ticks.clone()),
+            Scale { range: frame.x, ticks: x_ticks.clone() },
+            Scale { range: frame.y, ticks: y_ticks.clone() },
         )?;
     let x_desc = if panel.x.silent { "" } else { panel.x.label.as_str() };
     chart
