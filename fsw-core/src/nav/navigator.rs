@@ -226,3 +226,141 @@ fn adopt(nominal: &mut Nominal, truth: &Truth) {
             Nominal { r_i: Vec3::from_array(truth.position_m), v_i: Vec3::from_array(truth.velocity_mps), attitude_bi };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::frames::{Body, Inertial};
+    use crate::link::packet::Verdict;
+    use crate::nav::MAX_BRIDGED_FRAMES;
+    use crate::sensors::{ImuIncrement, RadioMeasurement};
+    use std::boxed::Box;
+
+    static CONFIG: Config = Config::DEFAULT;
+    const SOURCES: [RadioSource; MAX_SOURCES] = [RadioSource::None; MAX_SOURCES];
+
+    fn model() -> OnboardModel {
+        let c = Config::DEFAULT;
+        OnboardModel::new(c.planet, &c.vehicle, &[], &c.atmosphere, &[]).unwrap()
+    }
+
+    fn context(model: &OnboardModel, mode: NavigationMode) -> NavContext<'_> {
+        NavContext { model, parameters: &CONFIG.navigation, sources: &SOURCES, mode }
+    }
+
+    fn knowledge() -> InitialKnowledge {
+        InitialKnowledge {
+            position_m: [3.52e6, 0.0, 0.0],
+            velocity_mps: [-1300.0, 5300.0, 100.0],
+            attitude: [1.0, 0.0, 0.0, 0.0],
+            position_sigma_m: 500.0,
+            velocity_sigma_mps: 0.3,
+            attitude_sigma_rad: 5e-4,
+        }
+    }
+
+    fn measured(frame: u32) -> Batch {
+        let imu = ImuIncrement {
+            time: MissionTime::of_frame(frame),
+            delta_v_b: Vec3::<Body>::new(-0.1, 0.0, 0.02),
+            delta_theta_b: Vec3::new(1e-4, 0.0, 0.0),
+            saturated: false,
+        };
+        Batch { imu: Some(imu), ..Batch::default() }
+    }
+
+    fn started(model: &OnboardModel, mode: NavigationMode) -> Box<Navigator> {
+        let mut navigator = Box::new(Navigator::new());
+        navigator.start(&knowledge(), &context(model, mode));
+        navigator
+    }
+
+    #[test]
+    fn before_the_start_and_after_unusable_knowledge_estimates_are_invalid() {
+        let model = model();
+        let context = context(&model, NavigationMode::Ekf);
+        let mut navigator = Navigator::new();
+        assert!(!navigator.step(MissionTime::of_frame(1), &measured(1), &context).valid);
+        for bad in [
+            InitialKnowledge { attitude: [0.0; 4], ..knowledge() },
+            InitialKnowledge { position_m: [f64::NAN, 0.0, 0.0], ..knowledge() },
+        ] {
+            navigator.start(&bad, &context);
+            let e = navigator.step(MissionTime::of_frame(1), &measured(1), &context);
+            assert!(!e.valid && e.r_i.is_finite() && e.time == MissionTime::of_frame(1));
+        }
+    }
+
+    #[test]
+    fn ideal_navigation_is_the_truth_packet() {
+        let model = model();
+        let mut navigator = started(&model, NavigationMode::Ideal);
+        let truth = Truth {
+            position_m: [3.4e6, 1e5, -2e5],
+            velocity_mps: [-500.0, 3000.0, 10.0],
+            attitude: [0.8, 0.6, 0.0, 0.0],
+            bank_rad: 0.7,
+            bank_rate_radps: -0.1,
+            density_kgpm3: 1.1 * model.atmosphere.density(Vec3::<Inertial>::new(3.4e6, 1e5, -2e5).norm() - 3_397_200.0),
+            ..Truth::default()
+        };
+        let now = MissionTime::of_frame(1);
+        let batch = Batch { truth: Some((now, truth)), ..measured(1) };
+        let e = navigator.step(now, &batch, &context(&model, NavigationMode::Ideal));
+        assert!(e.valid && e.r_i.to_array() == truth.position_m && e.v_i.to_array() == truth.velocity_mps);
+        assert_eq!((e.bank_rad, e.bank_rate_radps), (0.7, -0.1));
+        assert!((e.log_density - 1.1f64.ln()).abs() < 1e-9 && e.log_density_sigma == 0.0);
+        let packet = navigator.telemetry();
+        assert!(packet.covariance.iter().all(|c| *c == 0.0) && packet.attitude_sigma_rad == [0.0; 3]);
+    }
+
+    #[test]
+    fn the_truth_packet_is_ignored_outside_mode_ideal() {
+        let model = model();
+        for mode in [NavigationMode::Ekf, NavigationMode::DeadReckoning] {
+            let (mut with, mut without) = (started(&model, mode), started(&model, mode));
+            let now = MissionTime::of_frame(1);
+            let truth = Truth { attitude: [1.0, 0.0, 0.0, 0.0], ..Truth::default() };
+            let told = Batch { truth: Some((now, truth)), ..measured(1) };
+            let context = context(&model, mode);
+            assert_eq!(with.step(now, &told, &context), without.step(now, &measured(1), &context));
+        }
+    }
+
+    #[test]
+    fn a_gap_is_bridged_then_invalid_then_valid_again_and_widens_the_covariance() {
+        let model = model();
+        let context = context(&model, NavigationMode::Ekf);
+        let (mut navigator, mut spared) = (started(&model, NavigationMode::Ekf), started(&model, NavigationMode::Ekf));
+        let gap = u32::from(MAX_BRIDGED_FRAMES) + 5;
+        for frame in 1..=100 {
+            let now = MissionTime::of_frame(frame);
+            let missing = (20..20 + gap).contains(&frame);
+            let batch = if missing { Batch::default() } else { measured(frame) };
+            let e = navigator.step(now, &batch, &context);
+            let run = if missing { frame - 19 } else { 0 };
+            assert_eq!(e.valid, run <= u32::from(MAX_BRIDGED_FRAMES), "{frame}");
+            assert_eq!(u32::from(navigator.counters().bridged_run), run);
+            spared.step(now, &measured(frame), &context);
+        }
+        assert_eq!(navigator.counters().bridged_total, gap);
+        // Velocity variance along x is element (3, 3): the tenth of the lower triangle.
+        assert!(navigator.telemetry().covariance[9] > 10.0 * spared.telemetry().covariance[9]);
+    }
+
+    #[test]
+    fn a_measurement_of_an_empty_slot_is_recorded_as_out_of_validity() {
+        let model = model();
+        let mut navigator = started(&model, NavigationMode::Ekf);
+        let now = MissionTime::of_frame(1);
+        let mut batch = measured(1);
+        batch.radio[2] = Some(RadioMeasurement { time: now, source: 2, range_m: 1e6, range_rate_mps: 0.0 });
+        navigator.step(now, &batch, &context(&model, NavigationMode::Ekf));
+        let told = navigator.telemetry().innovations;
+        let records: std::vec::Vec<_> = told.iter().flatten().collect();
+        assert_eq!(records.len(), 2);
+        assert!(records.iter().all(|r| r.verdict == Verdict::OutOfValidity && r.source == 2 && r.time == now));
+        assert!(navigator.telemetry().innovations.iter().all(Option::is_none));
+    }
+}

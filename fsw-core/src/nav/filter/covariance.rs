@@ -9,6 +9,8 @@ use super::transition::Transition;
 
 /// A pivot below this fraction of its variance counts as not positive.
 const RELATIVE_PIVOT: f64 = 1e-12;
+/// It is then raised to this many times the limit, so that rounding does not bring it back below.
+const RAISE: f64 = 10.0;
 
 /// Process noise of a window, as variances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -152,7 +154,7 @@ impl Covariance {
     /// Checks that the joint covariance is positive definite and restores it if it is not; true when it was restored.
     ///
     /// Factorises the Schur complement of the considered part (P_xx − P_xc P_cc⁻¹ P_cx = L D Lᵀ). A pivot that is not positive
-    /// is raised to [`RELATIVE_PIVOT`] of its variance and the same amount added to the stored variance (Gill and Murray
+    /// is raised above [`RELATIVE_PIVOT`] of its variance and the same amount added to the stored variance (Gill and Murray
     /// 1974), so that the restored matrix is positive definite and no smaller. Numbers that are not finite restart it.
     pub fn check(&mut self) -> bool {
         if !self.rows.iter().all(|row| crate::math::num::all_finite(row)) {
@@ -162,11 +164,15 @@ impl Covariance {
         self.schur_complement();
         let mut restored = false;
         for k in 0..ESTIMATED {
-            let floor = RELATIVE_PIVOT * crate::math::num::max(self.rows[k][k], RELATIVE_PIVOT * self.start[k]);
+            let smallest = RELATIVE_PIVOT * self.start[k];
+            let lost = self.rows[k][k] < smallest;
+            let floor = RELATIVE_PIVOT * if lost { self.start[k] } else { self.rows[k][k] };
             let mut pivot = self.work[k][k];
             if pivot < floor {
-                self.rows[k][k] += floor - pivot;
-                pivot = floor;
+                // A variance that is itself not positive says nothing: it begins again at that of the start.
+                let raised = if lost { self.start[k] } else { RAISE * floor };
+                self.rows[k][k] += raised - pivot;
+                pivot = raised;
                 restored = true;
             }
             if pivot <= 0.0 {
@@ -208,5 +214,154 @@ impl Covariance {
             self.rows[i] = [0.0; ALL];
             self.rows[i][i] = self.start[i];
         }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::frames::{Rot, Vec3};
+    use crate::nav::filter::transition::FrameStep;
+    use crate::nav::strapdown::{Increments, Nominal, Strapdown};
+    use crate::planet::MARS;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    pub type Dense = nalgebra::SMatrix<f64, ALL, ALL>;
+
+    /// A transition of five frames at 9 g and 20°/s.
+    pub fn transition() -> Transition {
+        let (mut state, mut strapdown, mut transition) = (
+            Nominal {
+                r_i: Vec3::new(2.0e6, -1.5e6, 2.3e6),
+                v_i: Vec3::new(3000.0, 1000.0, -2000.0),
+                attitude_bi: Rot::from_quaternion([0.5, -0.3, 0.7, 0.2]).unwrap(),
+            },
+            Strapdown::new(),
+            Transition::default(),
+        );
+        let increments =
+            Increments { delta_v_b: Vec3::new(-1.7, 0.1, 0.3), delta_theta_b: Vec3::new(7e-3, -1e-3, 2e-3) };
+        for _ in 0..5 {
+            let before = state;
+            let record = strapdown.advance(&mut state, &increments, 0.02, &MARS);
+            let frame = FrameStep {
+                before: &before,
+                after: &state,
+                increments: &increments,
+                record: &record,
+                density_decay: 0.999,
+                dt_s: 0.02,
+            };
+            transition.accumulate(&frame, &MARS);
+        }
+        transition
+    }
+
+    /// The full matrix of the transition; considered states stay.
+    fn dense_transition(t: &Transition) -> Dense {
+        let mut phi = Dense::identity();
+        for j in 0..ALL {
+            let mut x: Full = [0.0; ALL];
+            x[j] = 1.0;
+            for (i, value) in t.apply(&x).iter().enumerate() {
+                phi[(i, j)] = *value;
+            }
+        }
+        phi
+    }
+
+    pub fn dense(p: &Covariance) -> Dense {
+        Dense::from_fn(|i, j| match (i < ESTIMATED, j < ESTIMATED) {
+            (true, _) => p.rows[i][j],
+            (false, true) => p.rows[j][i],
+            (false, false) if i == j => p.considered[i - ESTIMATED],
+            _ => 0.0,
+        })
+    }
+
+    /// Standard deviations of an entry.
+    pub fn started() -> Box<Covariance> {
+        let mut sigmas: Full = [0.0; ALL];
+        let blocks: [(usize, f64, usize); 11] = [
+            (0, 500.0, 3),
+            (3, 0.3, 3),
+            (6, 5e-4, 3),
+            (9, 1e-3, 3),
+            (12, 5e-6, 3),
+            (15, 0.08, 1),
+            (16, 1.5e-4, 3),
+            (19, 2e-4, 3),
+            (22, 1e-4, 3),
+            (25, 0.02, 1),
+            (26, 15.0, 1),
+        ];
+        for (at, sigma, n) in blocks {
+            sigmas[at..at + n].fill(sigma);
+        }
+        let mut p = Box::<Covariance>::default();
+        p.start(&sigmas);
+        p
+    }
+
+    const NOISE: ProcessNoise = ProcessNoise { velocity: 2e-8, attitude: 4e-11, log_density: 1e-5 };
+
+    #[test]
+    fn the_sliced_prediction_is_the_dense_one() {
+        let (t, mut p) = (transition(), started());
+        for _ in 0..20 {
+            let phi = dense_transition(&t);
+            let mut expected = phi * dense(&p) * phi.transpose();
+            for k in 0..3 {
+                let (q, dt) = (NOISE.velocity, t.elapsed_s);
+                expected[(3 + k, 3 + k)] += q;
+                expected[(k, 3 + k)] += q * dt / 2.0;
+                expected[(3 + k, k)] += q * dt / 2.0;
+                expected[(k, k)] += q * dt * dt / 3.0;
+                expected[(6 + k, 6 + k)] += NOISE.attitude;
+            }
+            expected[(15, 15)] += NOISE.log_density;
+            p.predict_columns(&t);
+            p.predict_rows(&t, &NOISE);
+            let found = dense(&p);
+            for i in 0..ALL {
+                for j in 0..ALL {
+                    let scale = (expected[(i, i)] * expected[(j, j)]).sqrt();
+                    assert!((found[(i, j)] - expected[(i, j)]).abs() <= 1e-12 * scale, "{i} {j}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_sound_covariance_is_left_alone() {
+        let (t, mut p) = (transition(), started());
+        for _ in 0..3000 {
+            p.predict_columns(&t);
+            p.predict_rows(&t, &NOISE);
+            assert!(!p.check());
+        }
+    }
+
+    #[test]
+    fn an_indefinite_covariance_is_raised_until_it_is_positive_and_the_event_is_told() {
+        let spoil: Vec<(usize, usize, f64)> = std::vec![(0, 1, 1.1 * 500.0 * 500.0), (3, 3, -0.1), (15, 15, -1e-3)];
+        for (i, j, value) in spoil {
+            let mut p = started();
+            p.rows[i][j] = value;
+            p.rows[j][i] = value;
+            let before = dense(&p);
+            assert!(p.check());
+            assert!(!p.check(), "{i} {j}: still not positive");
+            assert!((0..ESTIMATED).all(|k| p.at(k, k) >= before[(k, k)]));
+        }
+    }
+
+    #[test]
+    fn a_covariance_that_is_not_finite_starts_again() {
+        let mut p = started();
+        p.rows[4][20] = f64::NAN;
+        assert!(p.check());
+        assert_eq!(dense(&p), dense(&started()));
     }
 }

@@ -174,3 +174,115 @@ impl<T> Queue<T> {
         self.overflow
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nav::filter::covariance::ProcessNoise;
+    use crate::nav::filter::covariance::tests::{Dense, dense, started, transition};
+    use crate::nav::filter::layout::ALL;
+    use std::boxed::Box;
+
+    const OPEN: UpdateRule = UpdateRule { correcting: true, gate_sigma: 1e9 };
+
+    fn correlated() -> Box<Covariance> {
+        let (t, mut p) = (transition(), started());
+        for _ in 0..200 {
+            p.predict_columns(&t);
+            p.predict_rows(&t, &ProcessNoise { velocity: 2e-8, attitude: 4e-11, log_density: 1e-5 });
+        }
+        p
+    }
+
+    fn observation(k: u32) -> Observation {
+        let s = f64::from(k);
+        Observation {
+            kind: if k % 2 == 0 { MeasurementKind::Pressure } else { MeasurementKind::Range },
+            innovation: 40.0 + s,
+            noise_variance: 100.0,
+            sensitivity: Sensitivity {
+                position: [-0.6, 0.3 - 0.1 * s, 0.7],
+                velocity: [1.0, -2.0, 0.5 * s],
+                log_density: if k % 2 == 0 { 3000.0 } else { 0.0 },
+                pressure_scale: if k % 2 == 0 { 3000.0 } else { 0.0 },
+                pressure_offset: if k % 2 == 0 { 1.0 } else { 0.0 },
+            },
+            valid: true,
+            ..Observation::default()
+        }
+    }
+
+    #[test]
+    fn the_update_is_the_dense_joseph_form_with_the_considered_gain_zero() {
+        let mut p = correlated();
+        let mut error: Estimated = [0.0; ESTIMATED];
+        let (mut expected, mut state) = (dense(&p), nalgebra::SVector::<f64, ALL>::zeros());
+        for k in 0..6 {
+            let o = observation(k);
+            let mut h = nalgebra::SVector::<f64, ALL>::zeros();
+            for (j, value) in o.sensitivity.columns() {
+                h[j] = value;
+            }
+            let s = (h.transpose() * expected * h)[0] + o.noise_variance;
+            let mut gain = expected * h / s;
+            (ESTIMATED..ALL).for_each(|c| gain[c] = 0.0);
+            state += gain * (o.innovation - h.dot(&state));
+            let a = Dense::identity() - gain * h.transpose();
+            expected = a * expected * a.transpose() + gain * gain.transpose() * o.noise_variance;
+
+            let record = update(&o, &OPEN, &[0.0; ESTIMATED], &mut error, &mut p);
+            assert_eq!(record.verdict, Verdict::Used);
+            assert!((f64::from(record.sigma) - s.sqrt()).abs() < 1e-6 * s.sqrt());
+            let found = dense(&p);
+            for i in 0..ALL {
+                for j in 0..ALL {
+                    let scale = (expected[(i, i)] * expected[(j, j)]).sqrt();
+                    // Cancellation of up to 1e-4 of the variance before the update, at 1e-16.
+                    assert!((found[(i, j)] - expected[(i, j)]).abs() <= 1e-9 * scale, "{k}: {i} {j}");
+                }
+            }
+            (0..ESTIMATED).for_each(|i| {
+                assert!((error[i] - state[i]).abs() <= 1e-9 * expected[(i, i)].sqrt(), "{k}: state {i}");
+            });
+        }
+        assert!(!p.check());
+    }
+
+    #[test]
+    fn what_was_injected_is_taken_off_the_innovation() {
+        let (mut p, o) = (correlated(), observation(1));
+        let mut injected: Estimated = [0.0; ESTIMATED];
+        injected[POSITION] = 10.0;
+        let record = update(&o, &OPEN, &injected, &mut [0.0; ESTIMATED], &mut p);
+        assert!((f64::from(record.value) - (41.0 + 6.0)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn an_outlier_is_gated_and_changes_nothing() {
+        let (mut p, mut error) = (correlated(), [0.0; ESTIMATED]);
+        let before = dense(&p);
+        let o = Observation { innovation: 1e6, ..observation(1) };
+        let rule = UpdateRule { correcting: true, gate_sigma: 5.0 };
+        assert_eq!(update(&o, &rule, &[0.0; ESTIMATED], &mut error, &mut p).verdict, Verdict::Gated);
+        assert_eq!((dense(&p), error), (before, [0.0; ESTIMATED]));
+    }
+
+    #[test]
+    fn dead_reckoning_forms_innovations_and_corrects_nothing() {
+        let (mut p, mut error) = (correlated(), [0.0; ESTIMATED]);
+        let before = dense(&p);
+        let rule = UpdateRule { correcting: false, gate_sigma: 5.0 };
+        let record = update(&observation(1), &rule, &[0.0; ESTIMATED], &mut error, &mut p);
+        assert!(record.verdict == Verdict::NotUsed && record.sigma > 0.0);
+        assert_eq!((dense(&p), error), (before, [0.0; ESTIMATED]));
+    }
+
+    #[test]
+    fn a_full_queue_counts_what_it_loses() {
+        let mut queue = Queue::<u8>::default();
+        (0..12).for_each(|k| queue.push(k));
+        assert_eq!((queue.items().len(), queue.overflow()), (MAX_INNOVATIONS, 3));
+        queue.clear();
+        assert_eq!((queue.items().len(), queue.overflow()), (0, 3));
+    }
+}

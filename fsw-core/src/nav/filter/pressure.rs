@@ -74,3 +74,65 @@ fn pitot_coefficient(mach: f64) -> (f64, f64) {
     };
     (low + (x - whole) * (high - low), (high - low) / PITOT_MACH_STEP)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+
+    const MEASURED_PA: f64 = 20_000.0;
+
+    fn flying(speed_mps: f64, altitude_m: f64) -> Nominal {
+        let up = Vec3::<Inertial>::new(0.6, 0.0, 0.8);
+        let along = Vec3::new(-0.48, 0.8, 0.36);
+        let r_i = up * (crate::planet::MARS.radius_m + altitude_m);
+        let spin = Vec3::new(0.0, 0.0, crate::planet::MARS.rotation_radps);
+        Nominal { r_i, v_i: along * speed_mps + spin.cross(&r_i), ..Nominal::default() }
+    }
+
+    fn observed(nominal: &Nominal, log_density: f64) -> Observation {
+        let c = Config::DEFAULT;
+        let model = OnboardModel::new(c.planet, &c.vehicle, &[], &c.atmosphere, &[]).unwrap();
+        observe(MissionTime::ZERO, MEASURED_PA, nominal, log_density, &model, &c.navigation)
+    }
+
+    #[test]
+    fn sensitivities_are_the_derivatives_of_the_prediction() {
+        for (speed, altitude) in [(4000.0, 40e3), (700.0, 12e3), (300.0, 8e3)] {
+            let nominal = flying(speed, altitude);
+            let h = observed(&nominal, 0.05).sensitivity;
+            let predicted = |n: &Nominal, x: f64| MEASURED_PA - observed(n, x).innovation;
+            let p = predicted(&nominal, 0.05);
+            for k in 0..3 {
+                let mut step = [0.0; 3];
+                step[k] = 1.0;
+                let step = Vec3::from_array(step);
+                let moved = |s: f64| Nominal { r_i: nominal.r_i + step * s, ..nominal };
+                let faster = |s: f64| Nominal { v_i: nominal.v_i + step * (0.1 * s), ..nominal };
+                let by_position = (predicted(&moved(1.0), 0.05) - predicted(&moved(-1.0), 0.05)) / 2.0;
+                let by_velocity = (predicted(&faster(1.0), 0.05) - predicted(&faster(-1.0), 0.05)) / 0.2;
+                // Left out of the position part: the planet's rotation in the velocity, some 1e-7 of p per metre at 500 m/s.
+                assert!((h.position[k] - by_position).abs() < 1e-6 * p, "{speed}: {} {by_position}", h.position[k]);
+                assert!((h.velocity[k] - by_velocity).abs() < 1e-6 * p, "{speed}: {} {by_velocity}", h.velocity[k]);
+            }
+            let by_density = (predicted(&nominal, 0.051) - predicted(&nominal, 0.049)) / 0.002;
+            assert!((h.log_density - by_density).abs() < 1e-6 * p);
+        }
+    }
+
+    #[test]
+    fn the_coefficient_is_the_table_and_constant_above_it() {
+        assert_eq!(pitot_coefficient(0.0).0, 1.0049);
+        assert!((pitot_coefficient(2.125).0 - 0.5 * (1.6890 + 1.7276)).abs() < 1e-12);
+        for mach in [5.0, 30.0, f64::INFINITY] {
+            assert_eq!(pitot_coefficient(mach), (1.85, 0.0), "{mach}");
+        }
+        assert_eq!(pitot_coefficient(f64::NAN).0, 1.0049);
+    }
+
+    #[test]
+    fn thin_air_is_out_of_validity() {
+        assert!(observed(&flying(4000.0, 40e3), 0.0).valid);
+        assert!(!observed(&flying(4000.0, 90e3), 0.0).valid);
+    }
+}

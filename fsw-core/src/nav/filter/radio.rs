@@ -66,3 +66,68 @@ fn elevation_sine(state: &SourceState, r: &Vec3<Inertial>, r_s: &Vec3<Inertial>,
         _ => r.unit().map_or(-1.0, |up| -up.dot(u)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::link::parameters::RadioSource;
+    use crate::planet::MARS;
+    use crate::time::MissionTime;
+
+    const INPUT: RadioMeasurement =
+        RadioMeasurement { time: MissionTime(30_000_000), source: 1, range_m: 1e6, range_rate_mps: 100.0 };
+
+    fn beacon() -> SourceState {
+        SourceState::new(&RadioSource::Beacon { longitude_rad: 0.01, latitude_rad: 0.02, altitude_m: 100.0 }, &MARS)
+    }
+
+    fn overhead() -> Nominal {
+        Nominal {
+            r_i: Vec3::new(MARS.radius_m + 30e3, 1e3, -2e3),
+            v_i: Vec3::new(-300.0, 900.0, 200.0),
+            ..Nominal::default()
+        }
+    }
+
+    fn observed(nominal: &Nominal, state: &mut SourceState) -> [Observation; 2] {
+        observe(&INPUT, state, nominal, &MARS, &Config::DEFAULT.navigation)
+    }
+
+    #[test]
+    fn sensitivities_are_the_derivatives_of_the_prediction() {
+        let nominal = overhead();
+        let found = observed(&nominal, &mut beacon());
+        for k in 0..3 {
+            let mut step = [0.0; 3];
+            step[k] = 1.0;
+            let step = Vec3::from_array(step);
+            let [plus, minus] =
+                [1.0, -1.0].map(|s| observed(&Nominal { r_i: nominal.r_i + step * s, ..nominal }, &mut beacon()));
+            let [fast, slow] =
+                [1.0, -1.0].map(|s| observed(&Nominal { v_i: nominal.v_i + step * s, ..nominal }, &mut beacon()));
+            for i in 0..2 {
+                let by_position = (minus[i].innovation - plus[i].innovation) / 2.0;
+                let by_velocity = (slow[i].innovation - fast[i].innovation) / 2.0;
+                // Third derivative over a step of 1 m at 60 km: 1e-9 of V/ρ.
+                assert!((found[i].sensitivity.position[k] - by_position).abs() < 1e-7);
+                assert!((found[i].sensitivity.velocity[k] - by_velocity).abs() < 1e-7);
+            }
+        }
+        assert!(found.iter().all(|o| o.valid));
+    }
+
+    #[test]
+    fn an_unknown_source_is_out_of_validity() {
+        let found = observed(&overhead(), &mut SourceState::None);
+        assert!(found.iter().all(|o| !o.valid && o.source == 1 && o.time == INPUT.time));
+        assert_eq!(found.map(|o| o.kind), [MeasurementKind::Range, MeasurementKind::RangeRate]);
+    }
+
+    #[test]
+    fn a_source_below_the_smallest_elevation_is_out_of_validity() {
+        let low = Nominal { r_i: Vec3::new(MARS.radius_m * 0.97, MARS.radius_m * 0.243 + 5e3, 0.0), ..overhead() };
+        assert!(low.r_i.norm() > MARS.radius_m);
+        assert!(observed(&low, &mut beacon()).iter().all(|o| !o.valid));
+    }
+}
