@@ -102,7 +102,7 @@ pub fn fly(case: &Case) -> Outcome {
         slope: n(0.1 / 3.0),
         wave: n(0.02),
         wave_length_m: noise.between(10e3, 30e3),
-        wave_phase: noise.between(0.0, 6.2831853),
+        wave_phase: noise.between(0.0, core::f64::consts::TAU),
     };
     let drag_factor = 1.0 + on * 0.05 / 3.0 * noise.normal();
     let unit = Unit {

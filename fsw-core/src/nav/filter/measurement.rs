@@ -197,15 +197,15 @@ mod tests {
     fn observation(k: u32) -> Observation {
         let s = f64::from(k);
         Observation {
-            kind: if k % 2 == 0 { MeasurementKind::Pressure } else { MeasurementKind::Range },
+            kind: if k.is_multiple_of(2) { MeasurementKind::Pressure } else { MeasurementKind::Range },
             innovation: 40.0 + s,
             noise_variance: 100.0,
             sensitivity: Sensitivity {
                 position: [-0.6, 0.3 - 0.1 * s, 0.7],
                 velocity: [1.0, -2.0, 0.5 * s],
-                log_density: if k % 2 == 0 { 3000.0 } else { 0.0 },
-                pressure_scale: if k % 2 == 0 { 3000.0 } else { 0.0 },
-                pressure_offset: if k % 2 == 0 { 1.0 } else { 0.0 },
+                log_density: if k.is_multiple_of(2) { 3000.0 } else { 0.0 },
+                pressure_scale: if k.is_multiple_of(2) { 3000.0 } else { 0.0 },
+                pressure_offset: if k.is_multiple_of(2) { 1.0 } else { 0.0 },
             },
             valid: true,
             ..Observation::default()
