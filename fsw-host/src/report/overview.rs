@@ -124,6 +124,10 @@ fn labels(panel: Panel, story: &Story<'_>, fastest: f64) -> Panel {
         }
         last = point;
         let text = format!("{} · {} s", milestone.event, number(milestone.time_s, 0));
+        if point.0 > -0.2 * fastest {
+            // No room to the right: above, flush with the edge.
+            return panel.note((-0.01 * fastest, point.1 + 24.0), text, Ink::Text, Anchor::End);
+        }
         panel.note((point.0 + 0.014 * fastest, point.1 + 1.5), text, Ink::Text, Anchor::Start)
     })
 }
@@ -159,10 +163,12 @@ fn end_of_flight(story: &Story<'_>) -> Panel {
     let panel = Panel::new(x, Axis::fixed("crossrange, km", -reach, reach), MAIN.1).equal_scale();
     let deploy: Vec<Point> = story.deploy_km().into_iter().collect();
     let panel = track::rings(panel).line(track, Ink::Orange).crosses(vec![(0.0, 0.0)], Ink::Green);
-    let panel = panel.dots(deploy.clone(), Ink::Vermillion, 6.0);
-    deploy.into_iter().fold(panel, |panel, (x, y)| {
-        panel.note((x + 0.05 * reach, y - 0.02 * reach), "parachute", Ink::Text, Anchor::Start)
-    })
+    let (left, bottom) = (-0.95 * reach, -0.9 * reach);
+    panel
+        .dots(deploy, Ink::Vermillion, 6.0)
+        .note((left, bottom + 0.12 * reach), "flown", Ink::Orange, Anchor::Start)
+        .note((left, bottom), "parachute", Ink::Vermillion, Anchor::Start)
+        .note((left + 0.62 * reach, bottom), "target", Ink::Green, Anchor::Start)
 }
 
 /// Bank commanded and flown over the whole flight.

@@ -17,20 +17,20 @@ pub fn figure(story: &Story<'_>) -> Figure {
     let rate: Vec<Point> =
         record.actuators.iter().map(|a| (f64::from(a.frame) * 0.02, deg(a.bank_rate_radps))).collect();
     let angle =
-        Panel::new(story.time_axis().silent(), Axis::fit("bank, deg").symmetric().every(30.0).including(60.0), 270)
+        Panel::new(story.time_axis().silent(), Axis::fit("bank, deg").symmetric().every(30.0).including(60.0), 400)
             .instants(modes.iter().map(|(t, _)| *t), Ink::Muted)
             .instants(reversals.iter().copied(), Ink::Purple)
             .thin(believed, Ink::Sky)
             .line(commanded, Ink::Blue)
             .line(flown, Ink::Orange);
     let rate_panel =
-        Panel::new(story.time_axis(), Axis::fit("rate command, deg/s").symmetric().every(10.0).including(10.0), 150)
+        Panel::new(story.time_axis(), Axis::fit("rate, deg/s").symmetric().every(10.0).including(10.0), 190)
             .instants(reversals.iter().copied(), Ink::Purple)
             .thin(rate, Ink::Blue);
     Figure {
         title: "Bank angle",
         caption: format!(
-            "Positive is lift to the right of the velocity. {} reversal{} commanded.",
+            "Positive is lift to the right of the velocity; below, the rate command of the bank control. {} reversal{} commanded.",
             reversals.len(),
             if reversals.len() == 1 { "" } else { "s" }
         ),

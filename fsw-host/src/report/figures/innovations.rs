@@ -25,11 +25,12 @@ pub fn figure(story: &Story<'_>) -> Figure {
     channels.sort_by_key(|(kind, source)| (*kind as u8, *source));
     let count = channels.len();
     let panel = |(i, channel): (usize, &(MeasurementKind, u8))| {
-        let (x, height) = if i + 1 < count { (story.time_axis().silent(), 124) } else { (story.time_axis(), 160) };
+        let (x, height) = if i + 1 < count { (story.time_axis().silent(), 132) } else { (story.time_axis(), 168) };
         let mine: Vec<&Innovation> = all.iter().filter(|i| (i.kind, i.source) == *channel).collect();
         let points =
             |wanted: &dyn Fn(Verdict) -> bool| mine.iter().filter(|i| wanted(i.verdict)).map(|i| ratio(i)).collect();
-        Panel::new(x, Axis::fixed(label(story, *channel), -6.0, 6.0).every(3.0), height)
+        Panel::new(x, Axis::fixed("ratio", -6.0, 6.0).every(3.0), height)
+            .named(label(story, *channel))
             .instants(story.modes().iter().map(|m| m.0), Ink::Muted)
             .level(3.0, Ink::Green, "")
             .level(-3.0, Ink::Green, "")
@@ -59,15 +60,15 @@ fn ratio(innovation: &Innovation) -> Point {
 
 fn label(story: &Story<'_>, (kind, source): (MeasurementKind, u8)) -> String {
     let kind = match kind {
-        MeasurementKind::Pressure => return "pressure".to_owned(),
+        MeasurementKind::Pressure => return "stagnation pressure".to_owned(),
         MeasurementKind::Range => "range",
         MeasurementKind::RangeRate => "range-rate",
     };
     let sources = &story.record.facts.source_names;
-    if sources.len() < 2 {
+    if sources.is_empty() {
         return kind.to_owned();
     }
-    sources.get(usize::from(source)).map_or_else(|| format!("{kind} {source}"), |name| format!("{kind} {name}"))
+    sources.get(usize::from(source)).map_or_else(|| format!("{kind} {source}"), |name| format!("{kind}, {name}"))
 }
 
 /// The mean normalised innovation squared per kind.

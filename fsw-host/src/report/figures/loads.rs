@@ -13,10 +13,10 @@ pub fn figure(story: &Story<'_>) -> Figure {
     let limits = &story.record.facts.constraints;
     let load = Quantity { name: "sensed load", unit: "g", limit: limits.load_mps2 / STANDARD_GRAVITY_MPS2, digits: 1 };
     let flux = Quantity { name: "heat flux", unit: "kW/m²", limit: limits.heat_flux_wpm2 * KILO, digits: 0 };
-    let pressure = Quantity { name: "dyn. pressure", unit: "kPa", limit: limits.dynamic_pressure_pa * KILO, digits: 1 };
+    let pressure = Quantity { name: "pressure", unit: "kPa", limit: limits.dynamic_pressure_pa * KILO, digits: 1 };
     Figure {
         title: "Loads and heating",
-        caption: "True values along the path; each axis reaches up to its limit.".into(),
+        caption: "True sensed load, convective heat flux at the stagnation point and dynamic pressure; each axis reaches up to its limit.".into(),
         legend: Vec::new(),
         panels: vec![
             load.panel(story, |s| s.load_g, true, 150),

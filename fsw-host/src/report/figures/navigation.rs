@@ -90,7 +90,7 @@ fn consistency(story: &Story<'_>) -> Figure {
     let panel = Panel::new(story.time_axis(), y, 230)
         .instants(story.modes().iter().map(|m| m.0), Ink::Muted)
         .band(vec![(0.0, low, high), (end, low, high)], Ink::Green)
-        .level(6f64.log10(), Ink::Green, "6 = consistent")
+        .level(6f64.log10(), Ink::Green, "")
         .thin(nees, Ink::Orange);
     Figure {
         title: "Filter consistency",
@@ -100,6 +100,7 @@ fn consistency(story: &Story<'_>) -> Figure {
         legend: vec![
             (Mark::Line, Ink::Orange, "this flight".into()),
             (Mark::Band, Ink::Green, "95 % of a consistent filter".into()),
+            (Mark::Line, Ink::Green, "its mean, six".into()),
         ],
         panels: if known { vec![panel] } else { Vec::new() },
         missing: "The navigation of this flight states no covariance to compare with.",

@@ -54,6 +54,8 @@ pub struct Panel {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
+    /// What stands above the plot; may be empty.
+    pub name: String,
     /// Height on the page, in the nominal pixels of the figure.
     pub height: u32,
     /// One unit is as long on both axes.
@@ -66,13 +68,20 @@ impl Panel {
     /// An empty panel.
     #[must_use]
     pub const fn new(x: Axis, y: Axis, height: u32) -> Self {
-        Self { x, y, height, equal: false, layers: Vec::new() }
+        Self { x, y, name: String::new(), height, equal: false, layers: Vec::new() }
     }
 
     /// Makes one unit as long on both axes.
     #[must_use]
     pub const fn equal_scale(mut self) -> Self {
         self.equal = true;
+        self
+    }
+
+    /// Names the panel, above its plot.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
         self
     }
 

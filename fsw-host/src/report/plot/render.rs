@@ -17,6 +17,7 @@ const UNITS: u32 = 4;
 const LEFT: u32 = 66;
 const RIGHT: u32 = 14;
 const TOP: u32 = 10;
+const TOP_NAMED: u32 = 26;
 const BOTTOM: u32 = 44;
 const BOTTOM_SILENT: u32 = 8;
 /// Text size, pixels.
@@ -84,12 +85,13 @@ impl Canvas {
         {
             let size = (self.size.0 * UNITS, self.size.1 * UNITS);
             let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-            let corner = (corner.0 * UNITS, corner.1 * UNITS);
-            draw_panel(panel, root.clone().shrink(corner, (width * UNITS, panel.height * UNITS)), width, self.theme)?;
+            let origin = (corner.0 * UNITS, corner.1 * UNITS);
+            draw_panel(panel, root.clone().shrink(origin, (width * UNITS, panel.height * UNITS)), width, self.theme)?;
             root.present()?;
         }
         let start = svg.find('>').map_or(0, |i| i + 1);
         let end = svg.rfind("</svg>").unwrap_or(svg.len());
+        self.text((corner.0 + LEFT, corner.1 + TOP_NAMED - 8), 13, Ink::Muted, &panel.name);
         self.body.extend(svg.get(start..end).unwrap_or_default().lines());
         Ok(())
     }
@@ -103,6 +105,9 @@ impl Canvas {
 
     /// Writes a line of text whose baseline starts at `at`, pixels.
     pub fn text(&mut self, at: (u32, u32), size: u32, ink: Ink, content: &str) {
+        if content.is_empty() {
+            return;
+        }
         let line = html! {
             text x=(at.0 * UNITS) y=(at.1 * UNITS) font-size=(size * UNITS) font-family="sans-serif" fill=(ink.hex(self.theme)) {
                 (content)
@@ -138,12 +143,13 @@ fn draw_panel(
     theme: Theme,
 ) -> Result<(), PlotError> {
     let bottom = if panel.x.silent { BOTTOM_SILENT } else { BOTTOM };
-    let inner = (f64::from(width - LEFT - RIGHT), f64::from(panel.height.saturating_sub(TOP + bottom).max(1)));
+    let top = if panel.name.is_empty() { TOP } else { TOP_NAMED };
+    let inner = (f64::from(width - LEFT - RIGHT), f64::from(panel.height.saturating_sub(top + bottom).max(1)));
     let frame = fit(panel, inner);
     let (x_ticks, y_ticks) =
         (panel.x.ticks(frame.x, (inner.0 / 72.0) as usize), panel.y.ticks(frame.y, (inner.1 / 38.0).max(2.0) as usize));
     let mut chart = ChartBuilder::on(&area)
-        .margin_top(TOP * UNITS)
+        .margin_top(top * UNITS)
         .margin_right(RIGHT * UNITS)
         .set_label_area_size(LabelAreaPosition::Left, LEFT * UNITS)
         .set_label_area_size(LabelAreaPosition::Bottom, bottom * UNITS)

@@ -118,10 +118,18 @@ impl Axis {
     #[must_use]
     pub fn ticks(&self, (from, to): (f64, f64), count: usize) -> Vec<f64> {
         let fitting = self.step.filter(|s| *s > 0.0 && (to - from) / s <= 2.0 * count as f64 + 2.0);
-        let step = fitting.unwrap_or_else(|| nice_step((to - from) / count.max(1) as f64));
-        let first = (from / step - 1e-9).ceil();
-        let ticks = (0..=4 * count).map(|i| (first + i as f64) * step);
-        ticks.take_while(|tick| *tick <= to + 1e-9 * step).map(|t| if t == 0.0 { 0.0 } else { t }).collect()
+        let at = |step: f64| -> Vec<f64> {
+            let first = (from / step - 1e-9).ceil();
+            let ticks = (0..=8 * count).map(|i| (first + i as f64) * step);
+            ticks.take_while(|tick| *tick <= to + 1e-9 * step).map(|t| if t == 0.0 { 0.0 } else { t }).collect()
+        };
+        if let Some(step) = fitting {
+            return at(step);
+        }
+        // An axis with fewer than three ticks cannot be read: the next finer steps then.
+        let raw = (to - from) / count.max(1) as f64;
+        let steps = [1.0, 0.5, 0.25].map(|share| nice_step(share * raw));
+        steps.into_iter().map(at).find(|ticks| ticks.len() > 2).unwrap_or_else(|| at(nice_step(0.25 * raw)))
     }
 }
 
