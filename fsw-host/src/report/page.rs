@@ -61,10 +61,9 @@ fn contents(story: &Story<'_>) -> Vec<(&'static str, &'static str, Vec<Figure>)>
         ("navigation", "Navigation", figures::navigation::figures(story)),
         (
             "measurements",
-            "Measurements and loads",
-            vec![figures::innovations::figure(story), figures::loads::figure(story)],
+            "Measurements, loads and computer",
+            vec![figures::innovations::figure(story), figures::loads::figure(story), figures::cost::figure(story)],
         ),
-        ("computer", "Computer", vec![figures::cost::figure(story)]),
     ]
 }
 
