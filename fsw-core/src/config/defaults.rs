@@ -112,16 +112,16 @@ const NAVIGATION: NavigationParameters = NavigationParameters {
 };
 
 const GUIDANCE: GuidanceParameters = GuidanceParameters {
-    predictor_step_s: 2.0,
+    predictor_step_s: 4.0,
     prediction_horizon_s: 600.0,
     tolerance_m: 100.0,
-    bank_increment_rad: rad(40.0),
-    max_iterations: 5,
-    min_bank_rad: 0.0,
-    max_bank_rad: rad(90.0),
+    bank_increment_rad: rad(30.0),
+    max_iterations: 2,
+    min_bank_rad: rad(10.0),
+    max_bank_rad: rad(130.0),
     threshold_constant_m: 0.0,
-    threshold_linear_s: 2.0,
-    threshold_quadratic_s2pm: 0.0,
+    threshold_linear_s: 1.0,
+    threshold_quadratic_s2pm: 1e-3,
     range_control_load_mps2: 0.2 * STANDARD_GRAVITY_MPS2,
     alignment_speed_mps: 600.0,
     alignment_gain_ps: 0.05,

@@ -13,8 +13,8 @@ pub const CONSTRAINTS: usize = 3;
 /// Sensed load (m/s²), heat flux (W/m²) and dynamic pressure (Pa) at an altitude and speed. P4 eq. 8 and 10 as corrected;
 /// the load is the sensed one, √(L² + D²).
 #[must_use]
-pub fn loads(model: &OnboardModel, altitude_m: f64, speed_mps: f64) -> [f64; CONSTRAINTS] {
-    let density = model.atmosphere.density(altitude_m);
+pub fn loads(model: &OnboardModel, density_ratio: f64, altitude_m: f64, speed_mps: f64) -> [f64; CONSTRAINTS] {
+    let density = model.atmosphere.density(altitude_m) * density_ratio;
     let pressure = dynamic_pressure_pa(density, speed_mps);
     let (drag, lift) = model.drag_and_lift_coefficients(altitude_m, speed_mps);
     let load = pressure * model.vehicle.reference_area_m2 / model.vehicle.mass_kg * sqrt(drag * drag + lift * lift);

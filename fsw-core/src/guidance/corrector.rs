@@ -2,7 +2,8 @@
 //!
 //! Source: P4 eq. 4, started from the bank in force and from that bank plus an increment (P4: 30–50°). The downrange
 //! error grows with cos σ (more lift up flies further). Deviations from the paper: iterates stay within the bank limits
-//! and, once two of them bracket the target, within the bracket; at the bound of calls the best iterate is used.
+//! and, once two of them bracket the target, within the bracket; the secant goes
+//! through the two nearest iterates instead of the last two; at the bound of calls the best iterate is used.
 
 use crate::link::packet::CycleOutcome;
 use crate::math::fun::{acos, cos};
@@ -90,25 +91,29 @@ impl Corrector {
             [] => self.first,
             [.., last] if self.is_good(last) || self.is_stuck_at_a_limit(last) => return None,
             [_] => self.second,
-            [.., before, last] => self.improved(before, last),
+            [..] => self.improved()?,
         };
         // A point tried before would only repeat itself.
         let is_new = self.samples.iter().all(|s| abs(s.cos_bank - wanted) > 1e-12);
         is_new.then_some(wanted)
     }
 
-    /// The secant through the last two samples, kept inside limits and bracket.
-    fn improved(&self, before: &Sample, last: &Sample) -> f64 {
-        let slope = (last.error_m - before.error_m) / (last.cos_bank - before.cos_bank);
+    /// The secant through the two samples nearest to the target, kept inside limits and bracket.
+    ///
+    /// P4 takes the last two; the error bends with cos σ, so that from far off the nearest two do better.
+    fn improved(&self) -> Option<f64> {
+        let best = self.samples.iter().reduce(nearer)?;
+        let other = self.samples.iter().filter(|s| s.cos_bank != best.cos_bank).reduce(nearer)?;
+        let slope = (best.error_m - other.error_m) / (best.cos_bank - other.cos_bank);
         // The slope is positive by physics; where it is not, head for the end of the range that helps.
-        let end = if last.error_m > 0.0 { self.low } else { self.high };
-        let secant = if slope > 0.0 { clamp(last.cos_bank - last.error_m / slope, self.low, self.high) } else { end };
-        match self.bracket() {
+        let end = if best.error_m > 0.0 { self.low } else { self.high };
+        let secant = if slope > 0.0 { clamp(best.cos_bank - best.error_m / slope, self.low, self.high) } else { end };
+        Some(match self.bracket() {
             Some((short, long)) if !(secant > short.cos_bank && secant < long.cos_bank) => {
                 0.5 * (short.cos_bank + long.cos_bank)
             }
             _ => secant,
-        }
+        })
     }
 
     /// The tightest pair of a short sample and a long one with more lift up.
@@ -139,7 +144,7 @@ impl Corrector {
     /// The sample with the smallest error and what it means; `None` when nothing has been predicted.
     #[must_use]
     pub fn best(&self) -> Option<(Sample, CycleOutcome)> {
-        let best = self.samples.iter().reduce(|a, b| if abs(b.error_m) < abs(a.error_m) { b } else { a })?;
+        let best = self.samples.iter().reduce(nearer)?;
         let outcome = if self.is_good(best) {
             CycleOutcome::Converged
         } else if self.is_short_at_most_lift(best) {
@@ -169,6 +174,11 @@ impl Corrector {
     pub fn most_lift(&self) -> f64 {
         self.high
     }
+}
+
+/// The sample that ends nearer to the target; the first of two equals.
+fn nearer<'a>(a: &'a Sample, b: &'a Sample) -> &'a Sample {
+    if abs(b.error_m) < abs(a.error_m) { b } else { a }
 }
 
 /// Bank magnitude of a cosine, rad.

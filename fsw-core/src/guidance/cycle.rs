@@ -11,12 +11,13 @@ use crate::math::fun::{sin_cos, sqrt};
 use crate::math::num::{clamp, wrap_angle};
 use crate::math::rk4;
 use crate::model::OnboardModel;
-use crate::model::entry::cartesian_rates;
+use crate::model::entry::{Scaled, cartesian_rates};
 use crate::time::{FRAME, FRAMES_PER_SECOND};
 
 use super::constraints::Peaks;
 use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
-use super::predictor::{EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, PathEnd, Prediction, State, Stop};
+use super::course::Course;
+use super::predictor::{self, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, PathEnd, Prediction, State, Stop};
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
 pub const MAX_EVALUATIONS: u16 = 2400;
@@ -25,7 +26,7 @@ pub const STEPS_PER_FRAME: u32 = 14;
 /// Minor frames that one step of the propagation to the instant of effect covers.
 const PROPAGATION_FRAMES: u32 = 10;
 /// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
-const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.25, 20.0);
+const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 
 // The frame before the effect must not be needed: 48 frames finish even the longest cycle.
 const _: () =
@@ -61,6 +62,8 @@ pub struct CycleStart {
     pub command_rad: f64,
     /// Side to predict on, +1 right or −1 left.
     pub side: f64,
+    /// Density over that of the onboard model.
+    pub density_ratio: f64,
     /// Minor frames until the result takes effect.
     pub frames_to_effect: u32,
 }
@@ -90,6 +93,7 @@ struct Flown {
 pub struct Cycle {
     start: CycleStart,
     frames_left: u32,
+    range_to_go_m: f64,
     corrector: Corrector,
     flying: Option<(f64, Prediction)>,
     flown: heapless::Vec<Flown, MAX_PREDICTIONS>,
@@ -112,6 +116,7 @@ impl Cycle {
         Self {
             start: *start,
             frames_left: start.frames_to_effect,
+            range_to_go_m: f64::NAN,
             corrector: Corrector::new(&search),
             flying: None,
             flown: heapless::Vec::new(),
@@ -134,6 +139,12 @@ impl Cycle {
         }
     }
 
+    /// The onboard model in the air that navigation found when the cycle started.
+    fn model<'a>(&self, context: &CycleContext<'a>) -> predictor::Flown<'a> {
+        let ratio = self.start.density_ratio;
+        Scaled { environment: context.model, drag_ratio: ratio, lift_ratio: ratio }
+    }
+
     /// One step towards the instant of effect, under the bank that control will fly meanwhile.
     fn propagate(&mut self, context: &CycleContext<'_>) {
         let frames = self.frames_left.min(PROPAGATION_FRAMES);
@@ -146,13 +157,15 @@ impl Cycle {
             s.bank_rate_radps = demand.rate_radps;
         }
         let step_s = f64::from(frames) * frame_s;
+        let model = self.model(context);
         let rate = (self.start.bank_rad - bank_before) / step_s;
         self.start.state = rk4(&self.start.state, step_s, |offset_s, state| {
             let (sin_bank, cos_bank) = sin_cos(wrap_angle(bank_before + rate * offset_s));
-            cartesian_rates(context.model, state, cos_bank, sin_bank)
+            cartesian_rates(&model, state, cos_bank, sin_bank)
         });
         self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
         self.frames_left -= frames;
+        self.range_to_go_m = range_to_go_m(&self.start.state, context);
     }
 
     /// One step of the prediction under way, or of the next one; finishes the cycle when none is left to make.
@@ -166,8 +179,11 @@ impl Cycle {
             return;
         }
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
-        let end =
-            prediction.step(context.model, clamp(context.guidance.predictor_step_s, shortest, longest), &context.stop);
+        let end = prediction.step(
+            &self.model(context),
+            clamp(context.guidance.predictor_step_s, shortest, longest),
+            &context.stop,
+        );
         self.evaluations += EVALUATIONS_PER_STEP;
         match end {
             None => self.flying = Some((cos_bank, prediction)),
@@ -183,23 +199,24 @@ impl Cycle {
         let cos_bank = self.corrector.next().or_else(|| self.relief_to_try(context))?;
         let sin_bank = self.start.side * sqrt(clamp(1.0 - cos_bank * cos_bank, 0.0, 1.0));
         self.evaluations += EVALUATIONS_TO_START;
-        Some((cos_bank, Prediction::start(context.model, &self.start.state, cos_bank, sin_bank)))
+        Some((cos_bank, Prediction::start(&self.model(context), &self.start.state, cos_bank, sin_bank)))
     }
 
-    /// Notes what a prediction found; a path without a downrange error ends the cycle with what there is.
+    /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.
+    ///
+    /// The downrange error is the range flown minus the range to go, both at the reference radius (P4 eq. 2 and 3).
     fn land(&mut self, cos_bank: f64, end: &PathEnd, context: &CycleContext<'_>) {
         self.flying = None;
-        let [x, y, z, ..] = self.start.state;
-        match end.downrange_error_m(&Vec3::new(x, y, z), &context.target_p, context.model.planet.radius_m) {
-            None => self.finished = true,
-            Some(error_m) => {
-                let sample = Sample { cos_bank, error_m };
-                if self.corrector.next().is_some() {
-                    self.corrector.take(sample);
-                }
-                let _ = self.flown.push(Flown { sample, peaks: end.peaks });
-            }
+        let error_m = end.track_rad * context.model.planet.radius_m - self.range_to_go_m;
+        if !error_m.is_finite() {
+            self.finished = true;
+            return;
         }
+        let sample = Sample { cos_bank, error_m };
+        if self.corrector.next().is_some() {
+            self.corrector.take(sample);
+        }
+        let _ = self.flown.push(Flown { sample, peaks: end.peaks });
     }
 
     /// The prediction that best answers the search, with its outcome.
@@ -276,4 +293,13 @@ impl Cycle {
     pub fn iterations(&self) -> usize {
         self.corrector.iterations()
     }
+}
+
+/// Range to go at a state, m at the reference radius: great circle (P4 eq. 3), negative once the target lies behind.
+fn range_to_go_m(&[x, y, z, vx, vy, vz]: &State, context: &CycleContext<'_>) -> f64 {
+    let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz));
+    course.map_or(f64::NAN, |course| {
+        let range_m = course.range_m(&context.target_p, context.model.planet.radius_m);
+        if context.target_p.dot(&course.ahead) < 0.0 { -range_m } else { range_m }
+    })
 }

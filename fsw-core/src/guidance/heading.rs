@@ -13,7 +13,7 @@
 
 use crate::frames::{PlanetFixed, Vec3};
 use crate::link::parameters::GuidanceParameters;
-use crate::math::fun::{asin, atan2, exp, sin, sqrt};
+use crate::math::fun::{asin, atan2, sin, sqrt};
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::model::entry::{Environment, cartesian_rates};
@@ -22,8 +22,6 @@ use super::course::Course;
 
 /// Lift acceleration below which no bank turns the track, m/s².
 const MIN_LIFT_MPS2: f64 = 1e-6;
-/// Largest correction of the onboard density that navigation may ask for, natural logarithm.
-const MAX_LOG_DENSITY: f64 = 1.0;
 
 /// Heading alignment: remembers the desired heading once it is frozen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,8 +38,8 @@ pub struct AlignmentState<'a> {
     pub v_p: &'a Vec3<PlanetFixed>,
     /// Direction of the target, planet-fixed unit vector.
     pub target_p: &'a Vec3<PlanetFixed>,
-    /// Natural logarithm of density over that of the onboard model, from navigation.
-    pub log_density: f64,
+    /// Density over that of the onboard model, from navigation.
+    pub density_ratio: f64,
 }
 
 impl Alignment {
@@ -113,18 +111,11 @@ impl Heading {
     }
 }
 
-/// The navigated log-density ratio within ±1, zero when it is not a number: a lost filter must not steer.
-#[must_use]
-pub fn bounded_log_density(log_density: f64) -> f64 {
-    if log_density.is_nan() { 0.0 } else { clamp(log_density, -MAX_LOG_DENSITY, MAX_LOG_DENSITY) }
-}
-
 /// Lift acceleration that the onboard model expects in the air that navigation found, m/s².
 fn lift_mps2(state: &AlignmentState<'_>, model: &OnboardModel) -> f64 {
     let (altitude_m, speed_mps) = (state.r_p.norm() - model.planet.radius_m, state.v_p.norm());
-    let ratio = exp(bounded_log_density(state.log_density));
     let (_, lift_coefficient) = model.drag_and_lift_coefficients(altitude_m, speed_mps);
-    let pressure = 0.5 * model.atmosphere.density(altitude_m) * ratio * speed_mps * speed_mps;
+    let pressure = 0.5 * model.atmosphere.density(altitude_m) * state.density_ratio * speed_mps * speed_mps;
     pressure * lift_coefficient * model.vehicle.reference_area_m2 / model.vehicle.mass_kg
 }
 

@@ -2,7 +2,7 @@
 //!
 //! * [`cycle`] the resumable 1 Hz computation: [`predictor`] flies the onboard model to the trigger, [`corrector`] finds
 //!   the bank that ends at the target, [`constraints`] bounds it. * [`course`], [`lateral`] on which side to bank.
-//! * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
+//! * [`density`] how much of the navigated density is believed. * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
 //!
 //! ```text
 //! frame 50 k        estimate ──► cycle starts: propagated to frame 50 (k+1) under the bank in force
@@ -14,6 +14,7 @@ pub mod constraints;
 pub mod corrector;
 pub mod course;
 pub mod cycle;
+pub mod density;
 pub mod heading;
 pub mod lateral;
 pub mod predictor;
@@ -53,14 +54,14 @@ pub struct GuidanceContext<'a> {
     pub trigger: TriggerKind,
 }
 
-impl GuidanceContext<'_> {
+impl<'a> GuidanceContext<'a> {
     /// Direction of the target, planet-fixed unit vector.
     #[must_use]
     pub fn target_p(&self) -> Vec3<PlanetFixed> {
         surface_point(self.target.longitude_rad, self.target.latitude_rad)
     }
 
-    fn cycle(&self) -> CycleContext<'_> {
+    fn cycle(&self) -> CycleContext<'a> {
         CycleContext {
             model: self.model,
             guidance: self.guidance,
@@ -206,6 +207,7 @@ impl Guidance {
             bank_rate_radps: input.estimate.bank_rate_radps,
             command_rad: self.command_rad,
             side: self.side,
+            density_ratio: density::ratio(input.estimate),
             frames_to_effect: FRAMES_PER_SECOND - input.frame % FRAMES_PER_SECOND,
         }
     }
@@ -244,7 +246,7 @@ impl Guidance {
                 r_p: &estimate.r_p,
                 v_p: &estimate.v_p,
                 target_p: &target_p,
-                log_density: estimate.log_density,
+                density_ratio: density::ratio(estimate),
             };
             if let Some(bank_rad) = self.alignment.command(&state, context.model, context.guidance) {
                 self.command_rad = bank_rad;
@@ -318,3 +320,6 @@ fn usable_course(estimate: &Estimate) -> Option<Course> {
 fn single(margin: f64) -> f32 {
     clamp(margin, -1e6, 1.0) as f32
 }
+
+#[cfg(test)]
+mod tests;

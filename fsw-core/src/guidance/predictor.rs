@@ -2,13 +2,19 @@
 //!
 //! Planet-fixed Cartesian equations with rotation and J2, classical Runge–Kutta steps of fixed length. The stop is found
 //! inside the last step by cubic interpolation: stopping on the grid costs hundreds of metres even at 1 s.
+//!
+//! The range flown is the length of the ground track, s' = V cosγ / r (P4 eq. 2), by the integral of the cubic on each
+//! step (the trapezoidal rule would be up to 50 m off at 4 s). The downrange of the end point along the arc to the target would be the obvious
+//! alternative, but a prediction banks to one side all the way and ends kilometres abeam, where the flight itself
+//! alternates and covers nearly the whole track. Measured over 50 dispersed flights on a turning planet the two miss
+//! alike (median 1620 against 1592 m, worst 4000 against 4033 m), but with the end point the bank comes too small at
+//! first and too large at last: median deploy altitude 5978 m, against 6442 m with the track.
 
-use crate::frames::{PlanetFixed, Vec3, along_and_across_rad};
 use crate::math::fun::sqrt;
-use crate::math::num::{clamp, min};
+use crate::math::num::{clamp, max, min};
 use crate::math::rk4;
 use crate::model::OnboardModel;
-use crate::model::entry::cartesian_rates;
+use crate::model::entry::{Scaled, cartesian_rates};
 
 use super::constraints::{self, Peaks};
 
@@ -21,6 +27,9 @@ const STOP_ITERATIONS: u32 = 5;
 
 /// Position (m) and planet-relative velocity (m/s), planet-fixed axes.
 pub type State = [f64; 6];
+
+/// The model that a prediction flies: the onboard model with the density that navigation found.
+pub type Flown<'a> = Scaled<'a, OnboardModel, f64>;
 
 /// Where a prediction ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,30 +45,12 @@ pub struct Stop {
 /// What a prediction found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathEnd {
-    /// Position at the end, planet-fixed, m.
-    pub r_p: Vec3<PlanetFixed>,
+    /// Length of the ground track as an angle at the planet's centre, rad (P4 eq. 2). Not finite when the path was not.
+    pub track_rad: f64,
     /// Duration of the predicted flight, s.
     pub duration_s: f64,
     /// Peaks of the loads on the way.
     pub peaks: Peaks,
-}
-
-impl PathEnd {
-    /// Downrange error at the reference radius, m, positive beyond the target: how far past the target (unit vector) the
-    /// end lies along the great circle from `from_p` through it. `None` when no such arc exists.
-    ///
-    /// P4 compares the length of the path with the range to go; a path that curves sideways is longer than the
-    /// distance it covers, by 1.5 to 5.5 km from entry, so the end point itself is compared instead.
-    #[must_use]
-    pub fn downrange_error_m(
-        &self,
-        from_p: &Vec3<PlanetFixed>,
-        target_p: &Vec3<PlanetFixed>,
-        reference_radius_m: f64,
-    ) -> Option<f64> {
-        let (along, _) = along_and_across_rad(&from_p.unit()?, target_p, &self.r_p)?;
-        Some(along * reference_radius_m).filter(|error| error.is_finite())
-    }
 }
 
 /// A prediction under way. Fixed size, resumed by [`Prediction::step`].
@@ -70,76 +61,67 @@ pub struct Prediction {
     cos_bank: f64,
     sin_bank: f64,
     elapsed_s: f64,
+    track_rad: f64,
     peaks: Peaks,
 }
 
 impl Prediction {
     /// Starts at `state` with a constant bank. One evaluation.
     #[must_use]
-    pub fn start(model: &OnboardModel, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
+    pub fn start(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
         let rates = cartesian_rates(model, state, cos_bank, sin_bank);
         let peaks = Peaks::starting(loads_at(model, state));
-        Self { state: *state, rates, cos_bank, sin_bank, elapsed_s: 0.0, peaks }
+        Self { state: *state, rates, cos_bank, sin_bank, elapsed_s: 0.0, track_rad: 0.0, peaks }
     }
 
     /// Flies one step of `step_s`, four evaluations; the end of the path once it has been reached.
     ///
     /// The path ends at the stop speed or the stop radius, whichever comes first, else at the horizon, or where the state
-    /// ceases to be finite (its position then is not finite either, and no downrange error follows from it).
+    /// ceases to be finite.
     #[must_use]
-    pub fn step(&mut self, model: &OnboardModel, step_s: f64, stop: &Stop) -> Option<PathEnd> {
+    pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
         let (cos_bank, sin_bank) = (self.cos_bank, self.sin_bank);
         let (before, rates_before) = (self.state, self.rates);
         if is_past(&before, stop) {
-            return Some(self.end(&before, 0.0));
+            return Some(self.end());
         }
         let after = rk4(&before, step_s, |offset_s, state| {
             if offset_s > 0.0 { cartesian_rates(model, state, cos_bank, sin_bank) } else { rates_before }
         });
         self.state = after;
         self.rates = cartesian_rates(model, &after, cos_bank, sin_bank);
-        if is_past(&after, stop) {
-            let fraction = min(
-                crossing(
-                    speed(&before),
-                    speed_rate(&before, &rates_before),
-                    speed(&after),
-                    self.speed_rate(),
-                    step_s,
-                    stop.speed_mps,
-                ),
-                crossing(
-                    radius(&before),
-                    radius_rate(&before),
-                    radius(&after),
-                    radius_rate(&after),
-                    step_s,
-                    stop.radius_m,
-                ),
-            );
-            let last = interpolated(&before, &after, step_s, fraction);
-            return Some(self.end(&last, fraction * step_s));
+        let past = is_past(&after, stop);
+        let share = if past { self.share_before_stop(&before, &rates_before, step_s, stop) } else { 1.0 };
+        self.elapsed_s += share * step_s;
+        self.track_rad +=
+            track_over([track_rate(&before, &rates_before), track_rate(&after, &self.rates)], step_s, share);
+        if past {
+            return Some(self.end());
         }
-        self.elapsed_s += step_s;
         self.peaks.push(loads_at(model, &after));
         // Written so that a state that is not finite ends the path too.
-        let goes_on = self.elapsed_s < stop.horizon_s && radius(&after).is_finite();
-        if goes_on { None } else { Some(self.end(&after, 0.0)) }
+        let goes_on = self.elapsed_s < stop.horizon_s && self.track_rad.is_finite();
+        if goes_on { None } else { Some(self.end()) }
     }
 
-    fn end(&self, at: &State, since_s: f64) -> PathEnd {
-        let [x, y, z, ..] = *at;
-        PathEnd { r_p: Vec3::new(x, y, z), duration_s: self.elapsed_s + since_s, peaks: self.peaks }
+    /// Share of the step just made that lies before the stop.
+    fn share_before_stop(&self, before: &State, rates_before: &State, step_s: f64, stop: &Stop) -> f64 {
+        let after = &self.state;
+        let speeds =
+            [(speed(before), speed_rate(before, rates_before)), (speed(after), speed_rate(after, &self.rates))];
+        let radii = [(radius(before), radius_rate(before)), (radius(after), radius_rate(after))];
+        min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
     }
 
-    fn speed_rate(&self) -> f64 {
-        speed_rate(&self.state, &self.rates)
+    fn end(&self) -> PathEnd {
+        PathEnd { track_rad: self.track_rad, duration_s: self.elapsed_s, peaks: self.peaks }
     }
 }
 
 /// Loads at a state.
-fn loads_at(model: &OnboardModel, state: &State) -> [f64; constraints::CONSTRAINTS] {
-    constraints::loads(model, radius(state) - model.planet.radius_m, speed(state))
+fn loads_at(model: &Flown<'_>, state: &State) -> [f64; constraints::CONSTRAINTS] {
+    let onboard = model.environment;
+    constraints::loads(onboard, model.drag_ratio, radius(state) - onboard.planet.radius_m, speed(state))
 }
 
 fn is_past(state: &State, stop: &Stop) -> bool {
@@ -162,34 +144,154 @@ fn speed_rate(&[_, _, _, vx, vy, vz]: &State, &[_, _, _, ax, ay, az]: &State) ->
     (vx * ax + vy * ay + vz * az) / sqrt(vx * vx + vy * vy + vz * vz)
 }
 
-/// Cubic Hermite interpolation over a step: value and derivative with respect to the fraction of the step.
-fn hermite(y0: f64, slope0: f64, y1: f64, slope1: f64, fraction: f64) -> (f64, f64) {
-    let rise = y1 - y0;
-    let (b, c) = (3.0 * rise - 2.0 * slope0 - slope1, slope0 + slope1 - 2.0 * rise);
-    let value = y0 + fraction * (slope0 + fraction * (b + fraction * c));
-    (value, slope0 + fraction * (2.0 * b + 3.0 * fraction * c))
+/// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
+fn track_rate(state: &State, rates: &State) -> (f64, f64) {
+    let [x, y, z, ..] = *state;
+    let [_, _, _, ax, ay, az] = *rates;
+    let (speed, radius, climb) = (speed(state), radius(state), radius_rate(state));
+    let level = sqrt(max(speed * speed - climb * climb, 0.0));
+    let climb_rate = (level * level + x * ax + y * ay + z * az) / radius;
+    let level_rate = if level > 0.0 { (speed * speed_rate(state, rates) - climb * climb_rate) / level } else { 0.0 };
+    (level / radius, (level_rate - level * climb / radius) / radius)
 }
 
-/// Fraction of a step at which a falling quantity passes `level`; 1 when it does not pass it within the step.
-fn crossing(y0: f64, rate0: f64, y1: f64, rate1: f64, step_s: f64, level: f64) -> f64 {
+/// Track over a share of a step: the integral of the cubic through rate and derivative at both ends of the step.
+fn track_over([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, share: f64) -> f64 {
+    let (slope0, slope1, rise) = (rate0 * step_s, rate1 * step_s, y1 - y0);
+    let (b, c) = (3.0 * rise - 2.0 * slope0 - slope1, slope0 + slope1 - 2.0 * rise);
+    step_s * share * (y0 + share * (0.5 * slope0 + share * (b / 3.0 + 0.25 * share * c)))
+}
+
+/// Share of a step at which a falling quantity passes `level`, from its value and rate at both ends of the step by cubic
+/// Hermite interpolation; 1 when it does not pass.
+fn crossing([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, level: f64) -> f64 {
     if y1 > level {
         return 1.0;
     }
-    let mut fraction = clamp((y0 - level) / (y0 - y1), 0.0, 1.0);
+    let (slope0, slope1, rise) = (rate0 * step_s, rate1 * step_s, y1 - y0);
+    let (b, c) = (3.0 * rise - 2.0 * slope0 - slope1, slope0 + slope1 - 2.0 * rise);
+    let mut share = clamp((y0 - level) / (y0 - y1), 0.0, 1.0);
     for _ in 0..STOP_ITERATIONS {
-        let (value, slope) = hermite(y0, rate0 * step_s, y1, rate1 * step_s, fraction);
+        let value = y0 + share * (slope0 + share * (b + share * c));
+        let slope = slope0 + share * (2.0 * b + 3.0 * share * c);
         if slope < 0.0 {
-            fraction = clamp(fraction - (value - level) / slope, 0.0, 1.0);
+            share = clamp(share - (value - level) / slope, 0.0, 1.0);
         }
     }
-    fraction
+    share
 }
 
-/// The position inside a step, by cubic interpolation from positions and velocities at its ends; the velocity is that at
-/// the end of the step.
-fn interpolated(before: &State, after: &State, step_s: f64, fraction: f64) -> State {
-    let [x0, y0, z0, vx0, vy0, vz0] = *before;
-    let [x1, y1, z1, vx1, vy1, vz1] = *after;
-    let at = |r0: f64, v0: f64, r1: f64, v1: f64| hermite(r0, v0 * step_s, r1, v1 * step_s, fraction).0;
-    [at(x0, vx0, x1, vx1), at(y0, vy0, y1, vy1), at(z0, vz0, z1, vz1), vx1, vy1, vz1]
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::frames::PlanetRelative;
+    use crate::units::{deg, rad};
+
+    fn model() -> OnboardModel {
+        let c = Config::DEFAULT;
+        let still = crate::planet::Planet { rotation_radps: 0.0, j2: 0.0, ..c.planet };
+        OnboardModel::new(still, &c.vehicle, &[], &c.atmosphere, &[]).unwrap()
+    }
+
+    /// P4 Table 1.
+    fn entry() -> State {
+        let (r, v) = PlanetRelative {
+            radius_m: 3_397_200.0 + 125.3e3,
+            longitude_rad: rad(-90.072),
+            latitude_rad: rad(-43.898),
+            speed_mps: 5505.0,
+            flight_path_angle_rad: rad(-14.15),
+            heading_rad: rad(85.01),
+        }
+        .to_cartesian();
+        let ([x, y, z], [vx, vy, vz]) = (r.to_array(), v.to_array());
+        [x, y, z, vx, vy, vz]
+    }
+
+    const STOP: Stop = Stop { speed_mps: 450.0, radius_m: 3_397_200.0, horizon_s: 600.0 };
+
+    fn fly(bank_deg: f64, step_s: f64, stop: &Stop) -> (Prediction, PathEnd, u32) {
+        let model = model();
+        let flown = Flown { environment: &model, drag_ratio: 1.0, lift_ratio: 1.0 };
+        let mut prediction = Prediction::start(&flown, &entry(), rad(bank_deg).cos(), rad(bank_deg).sin());
+        for steps in 1..10_000 {
+            if let Some(end) = prediction.step(&flown, step_s, stop) {
+                return (prediction, end, steps);
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn the_papers_target_takes_42_degrees_and_ends_at_8_km_with_8_6_g() {
+        // guidance.md §2: 745.737 km great circle, about 42° of constant bank, V = 450 m/s at 8.0 km, peak 8.6 g.
+        let (mut low, mut high) = (20.0, 70.0);
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            let (prediction, ..) = fly(middle, 0.1, &STOP);
+            let [x, y, z, ..] = prediction.state;
+            let [x0, y0, z0, ..] = entry();
+            let arc = crate::frames::great_circle_rad(
+                &crate::frames::Vec3::<crate::frames::PlanetFixed>::new(x0, y0, z0),
+                &crate::frames::Vec3::new(x, y, z),
+            );
+            if arc * 3_397_200.0 > 745_737.0 { low = middle } else { high = middle }
+        }
+        let (prediction, end, _) = fly(low, 0.1, &STOP);
+        assert!((low - 42.0).abs() < 1.0, "bank {low}");
+        let altitude_m = radius(&prediction.state) - 3_397_200.0;
+        assert!((altitude_m - 8.0e3).abs() < 250.0, "altitude {altitude_m}");
+        assert!((end.peaks.highest()[0] / 9.806_65 - 8.6).abs() < 0.2, "load {}", end.peaks.highest()[0] / 9.806_65);
+    }
+
+    #[test]
+    fn steps_of_four_seconds_are_accurate_enough() {
+        // guidance.md §4: 1.3 m of position at 4 s; the parabola's peaks are good to 1 %.
+        for bank in [0.0, 30.0, 60.0, 90.0, 120.0] {
+            let (_, fine, _) = fly(bank, 0.1, &STOP);
+            let (_, coarse, steps) = fly(bank, 4.0, &STOP);
+            let track_error_m = (coarse.track_rad - fine.track_rad).abs() * 3_397_200.0;
+            assert!(track_error_m < 5.0, "bank {bank}: {track_error_m} m");
+            assert!((coarse.duration_s - fine.duration_s).abs() < 0.02);
+            for (a, b) in coarse.peaks.highest().iter().zip(fine.peaks.highest()) {
+                assert!((a / b - 1.0).abs() < 0.01, "bank {bank}: peak {a} {b}");
+            }
+            assert!(steps < 110);
+        }
+    }
+
+    #[test]
+    fn the_stop_lies_inside_the_last_step() {
+        // With the stop on the grid the durations would differ by up to a step.
+        let (_, a, _) = fly(42.0, 4.0, &STOP);
+        let (_, b, _) = fly(42.0, 3.7, &STOP);
+        assert!((a.duration_s - b.duration_s).abs() < 5e-3);
+        let floor = Stop { radius_m: 3_397_200.0 + 20e3, ..STOP };
+        let (_, a, _) = fly(90.0, 4.0, &floor);
+        let (_, b, _) = fly(90.0, 3.7, &floor);
+        assert!((a.duration_s - b.duration_s).abs() < 5e-3);
+    }
+
+    #[test]
+    fn more_lift_up_flies_further() {
+        let tracks = [150.0, 110.0, 80.0, 50.0, 20.0, 0.0].map(|bank| deg(fly(bank, 4.0, &STOP).1.track_rad));
+        assert!(tracks.is_sorted(), "{tracks:?}");
+    }
+
+    #[test]
+    fn the_horizon_ends_a_path_that_never_stops() {
+        let (_, end, steps) = fly(0.0, 4.0, &Stop { speed_mps: 0.0, radius_m: 0.0, horizon_s: 100.0 });
+        assert_eq!((end.duration_s, steps), (100.0, 25));
+    }
+
+    #[test]
+    fn a_state_that_is_not_finite_ends_at_once() {
+        let model = model();
+        let flown = Flown { environment: &model, drag_ratio: 1.0, lift_ratio: 1.0 };
+        let mut state = entry();
+        state[4] = f64::NAN;
+        let end = Prediction::start(&flown, &state, 1.0, 0.0).step(&flown, 4.0, &STOP).unwrap();
+        assert!(!end.track_rad.is_finite());
+    }
 }

@@ -8,13 +8,12 @@
 use crate::frames::{PlanetFixed, Vec3};
 use crate::link::packet::DeployCause;
 use crate::link::parameters::{DeployParameters, TriggerKind};
-use crate::math::fun::exp;
 use crate::model::OnboardModel;
 use crate::model::loads::dynamic_pressure_pa;
 use crate::nav::Estimate;
 
 use super::GuidanceContext;
-use super::heading::bounded_log_density;
+use super::density;
 
 /// What the trigger looks at, all of it estimated on board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,13 +35,13 @@ impl TriggerState {
     #[must_use]
     pub fn of(estimate: &Estimate, model: &OnboardModel) -> Self {
         let (altitude_m, speed_mps) = (estimate.altitude_m, estimate.speed_mps);
-        let density = model.atmosphere.density(altitude_m) * exp(bounded_log_density(estimate.log_density));
+        let density_kgpm3 = model.atmosphere.density(altitude_m) * density::ratio(estimate);
         Self {
             r_p: estimate.r_p,
             v_p: estimate.v_p,
             altitude_m,
             mach: model.mach(altitude_m, speed_mps),
-            dynamic_pressure_pa: dynamic_pressure_pa(density, speed_mps),
+            dynamic_pressure_pa: dynamic_pressure_pa(density_kgpm3, speed_mps),
         }
     }
 }
