@@ -158,7 +158,7 @@ fn scale(panel: Panel, story: &Story<'_>, fastest: f64, highest: f64) -> Panel {
 fn end_of_flight(story: &Story<'_>) -> Panel {
     let track = story.track_km();
     let end = story.deploy_km().or_else(|| track.iter().rev().find(|p| p.0.is_finite()).copied()).unwrap_or((0.0, 0.0));
-    let reach = (1.15 * end.0.hypot(end.1)).max(11.5);
+    let reach = (1.15 * end.0.hypot(end.1)).clamp(11.5, 60.0);
     let x = Axis::fixed("downrange from the target, km", -reach, reach);
     let panel = Panel::new(x, Axis::fixed("crossrange, km", -reach, reach), MAIN.1).equal_scale();
     let deploy: Vec<Point> = story.deploy_km().into_iter().collect();

@@ -46,7 +46,9 @@ impl Quantity {
         let panel = panel.line(curve, Ink::Orange).level(self.limit, Ink::Vermillion, limit);
         let Some((time, top)) = peak else { return panel };
         let text = format!("peak {} {} at {} s", number(top, self.digits), self.unit, number(time, 1));
-        let at: Point = (time + 0.015 * story.end_s(), top);
-        panel.dots(vec![(time, top)], Ink::Orange, 3.0).note(at, text, Ink::Text, Anchor::Start)
+        // The note stands on the side that has more room.
+        let (side, anchor) = if time > 0.6 * story.end_s() { (-1.0, Anchor::End) } else { (1.0, Anchor::Start) };
+        let at: Point = (time + side * 0.015 * story.end_s(), top);
+        panel.dots(vec![(time, top)], Ink::Orange, 3.0).note(at, text, Ink::Text, anchor)
     }
 }

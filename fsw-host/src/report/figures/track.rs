@@ -15,8 +15,12 @@ pub fn figure(story: &Story<'_>) -> Figure {
     let track = story.track_km();
     let reversals: Vec<Point> = story.reversals().iter().filter_map(|t| point_at(story, *t)).collect();
     let finite = track.iter().filter(|p| p.0.is_finite()).count() > 1;
-    let panels =
-        if finite { vec![whole(story, &track, &reversals), last(story, &track, &reversals)] } else { Vec::new() };
+    let mut panels = Vec::new();
+    if finite {
+        panels.push(whole(story, &track, &reversals));
+        // A flight that ended far away never saw the rings.
+        panels.extend((end_distance_km(&track) < 2.0 * LAST_KM).then(|| last(story, &track, &reversals)));
+    }
     let miss = story.record.summary.miss_m;
     Figure {
         title: "Ground track",
@@ -44,10 +48,15 @@ fn whole(story: &Story<'_>, track: &[Point], reversals: &[Point]) -> Panel {
     marks(panel.line(track.to_vec(), Ink::Orange), story, reversals)
 }
 
+/// Distance from the target to where the track ends, km.
+fn end_distance_km(track: &[Point]) -> f64 {
+    let end = track.iter().rev().find(|p| p.0.is_finite() && p.1.is_finite());
+    end.map_or(0.0, |(x, y)| x.hypot(*y))
+}
+
 /// The end of the flight: from the last 30 km to beyond the target or the deploy point.
 fn last(story: &Story<'_>, track: &[Point], reversals: &[Point]) -> Panel {
-    let end = track.iter().rev().find(|p| p.0.is_finite() && p.1.is_finite()).copied().unwrap_or((0.0, 0.0));
-    let reach = (1.15 * end.0.hypot(end.1)).max(12.0);
+    let reach = (1.15 * end_distance_km(track)).max(12.0);
     let x = Axis::fixed("downrange from the target, km", -LAST_KM.max(reach), reach.min(LAST_KM));
     let span = 0.8 * reach.min(LAST_KM);
     let panel = Panel::new(x, Axis::fixed("crossrange, km", -span, span), 400).equal_scale();
