@@ -21,5 +21,6 @@ pub mod orbiter;
 pub mod propagate;
 pub mod scenario;
 pub mod sensors;
+pub mod session;
 pub mod truth;
 pub mod wind;

@@ -1,5 +1,6 @@
 //! Scenarios: everything a flight needs, in one TOML file.
 
+mod blocks;
 mod check;
 mod dispersions;
 mod error;

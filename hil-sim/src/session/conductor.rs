@@ -1,0 +1,484 @@
+//! The conductor: greets the flight computer, loads and verifies its parameters, arms it and flies it frame by frame.
+//!
+//! A state machine without threads, clocks or sockets. Its owner moves bytes: [`Conductor::receive`] takes what the
+//! flight computer said, [`Conductor::transmit`] gives what it should hear next, [`Conductor::timeout`] says that
+//! nothing came in time. The same object flies in-process, over TCP, a pty or a serial line.
+
+use fsw_core::config::Config;
+use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
+use fsw_core::link::packet::{
+    self, Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Refusal, RejectCounters, Uplink,
+};
+use fsw_core::link::parameters::{BlockId, InitialKnowledge, NavigationMode, ParameterBlock};
+use fsw_core::link::receiver::{Receiver, Sender};
+use fsw_core::time::MissionTime;
+
+use super::SessionError;
+use super::refusal;
+use crate::noise::Stream;
+use crate::scenario::{Fault, FaultKind, FaultTarget, Scenario};
+use crate::truth::{FramePackets, Truth};
+
+/// Identity that the conductor gives in its greeting.
+const BUILD_ID: u64 = 0;
+/// Times that an unanswered command is repeated.
+const MAX_REPEATS: u32 = 5;
+/// Times that an unanswered greeting is repeated: 30 s of wall time at two a second.
+const MAX_GREETINGS: u32 = 60;
+/// Frames in a row without an actuator command after which the flight computer counts as lost.
+const MAX_SILENT_FRAMES: u32 = 500;
+
+/// What the conductor flies.
+pub trait Plant {
+    /// One minor frame under a bank command.
+    fn advance(&mut self, bank_accel_radps2: f64, bank_rate_radps: f64);
+    /// What the sensors said at its end.
+    fn packets(&self) -> &FramePackets;
+    /// The true state.
+    fn truth(&self) -> packet::Truth;
+    /// Altitude over the reference sphere, m.
+    fn altitude_m(&self) -> f64;
+}
+
+impl Plant for Truth {
+    fn advance(&mut self, bank_accel_radps2: f64, bank_rate_radps: f64) {
+        Self::advance(self, bank_accel_radps2, bank_rate_radps);
+    }
+
+    fn packets(&self) -> &FramePackets {
+        self.frame_packets()
+    }
+
+    fn truth(&self) -> packet::Truth {
+        self.packet()
+    }
+
+    fn altitude_m(&self) -> f64 {
+        Self::altitude_m(self)
+    }
+}
+
+/// How a flight ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum End {
+    /// The parachute was fired.
+    Deployed,
+    /// The surface was reached without a parachute.
+    Ground,
+    /// The time limit of the scenario was reached.
+    TimeLimit,
+    /// The session failed.
+    Failed(SessionError),
+}
+
+/// Where a session stands, in its order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// Greeting sent, no answer yet.
+    Greeting,
+    /// Parameter blocks are being sent.
+    Loading,
+    /// Parameter blocks are being read back.
+    Verifying,
+    /// Arming.
+    Arming,
+    /// Start command sent.
+    Starting,
+    /// Frames.
+    Flying,
+    /// Over.
+    Finished,
+}
+
+/// A session at a glance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// Where it stands.
+    pub phase: Phase,
+    /// Mission time, s.
+    pub time_s: f64,
+    /// How it ended, if it has.
+    pub finished: Option<End>,
+}
+
+/// What a session needs to know besides the plant.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Parameter blocks in the order of the digest.
+    pub blocks: Vec<ParameterBlock>,
+    /// Longest flight, s.
+    pub time_limit_s: f64,
+    /// Faults; those of the uplink happen here.
+    pub faults: Vec<Fault>,
+    /// Randomness of corrupted packets.
+    pub noise: Stream,
+    /// Whether true states that the flight software does not use are sent too, for a recorder on the way.
+    pub truth_tap: bool,
+}
+
+impl Plan {
+    /// The plan of one run of a scenario.
+    #[must_use]
+    pub fn new(scenario: &Scenario, knowledge: InitialKnowledge, noise: Stream) -> Self {
+        let mut blocks = scenario.parameter_blocks();
+        let at = blocks.iter().position(|b| matches!(b, ParameterBlock::Navigation(_))).unwrap_or(blocks.len());
+        blocks.insert(at, ParameterBlock::InitialKnowledge(knowledge));
+        Self { blocks, time_limit_s: scenario.time_limit_s, faults: scenario.fault.clone(), noise, truth_tap: true }
+    }
+}
+
+/// See the [module](self).
+pub struct Conductor<P = Truth> {
+    plant: P,
+    plan: Plan,
+    config: Box<Config>,
+    sender: Sender,
+    receiver: Receiver<Downlink>,
+    counters: RejectCounters,
+    phase: Phase,
+    finished: Option<End>,
+    /// The block that is being loaded or read back.
+    block: usize,
+    /// Sequence number of the command that awaits its answer.
+    outstanding: Option<u16>,
+    /// Times that the greeting, or the outstanding command, was repeated.
+    repeats: u32,
+    frame: u32,
+    command: Actuator,
+    /// Frames in a row without a command.
+    silent_frames: u32,
+    /// The actuator command of the present frame has come, or is not to be waited for.
+    go_on: bool,
+    pending: Vec<u8>,
+}
+
+impl<P: Plant> Conductor<P> {
+    /// A session about to greet.
+    ///
+    /// # Errors
+    /// The parameters cannot be told to this flight software.
+    pub fn with_plant(plant: P, plan: Plan) -> Result<Self, SessionError> {
+        let mut config = Box::new(Config::DEFAULT);
+        let refused = |r: Refusal| SessionError::Parameters(refusal::explain(r));
+        plan.blocks.iter().try_for_each(|block| config.apply(block)).map_err(refused)?;
+        config.validate().map_err(refused)?;
+        let mut conductor = Self {
+            plant,
+            plan,
+            config,
+            sender: Sender::new(),
+            receiver: Receiver::new(),
+            counters: RejectCounters::default(),
+            phase: Phase::Greeting,
+            finished: None,
+            block: 0,
+            outstanding: None,
+            repeats: 0,
+            frame: 0,
+            command: Actuator::default(),
+            silent_frames: 0,
+            go_on: true,
+            pending: Vec::new(),
+        };
+        conductor.say();
+        Ok(conductor)
+    }
+
+    /// Where the session stands.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        Status { phase: self.phase, time_s: self.now().as_s(), finished: self.finished.clone() }
+    }
+
+    /// What came from the flight computer, rejected packets by cause.
+    #[must_use]
+    pub fn counters(&self) -> &RejectCounters {
+        &self.counters
+    }
+
+    /// What is flown.
+    #[must_use]
+    pub fn plant(&self) -> &P {
+        &self.plant
+    }
+
+    /// Takes bytes from the flight computer.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            if self.finished.is_some() {
+                return;
+            }
+            if let Some(frame) = self.receiver.push(byte, &mut self.counters) {
+                self.hear(frame.packet);
+            }
+        }
+    }
+
+    /// Appends what the flight computer should hear now; nothing when it is its turn to speak.
+    pub fn transmit(&mut self, out: &mut Vec<u8>) {
+        if self.phase == Phase::Flying && self.go_on && self.finished.is_none() {
+            self.fly_one_frame();
+        }
+        out.append(&mut self.pending);
+    }
+
+    /// Nothing came in time: repeats what was said, or in flight goes on with the last command.
+    pub fn timeout(&mut self) {
+        if self.finished.is_some() {
+            return;
+        }
+        if self.phase == Phase::Flying {
+            self.silent_frames += 1;
+            self.go_on = true;
+            if self.silent_frames > MAX_SILENT_FRAMES {
+                let what = format!("the frames since t = {:.2} s", self.now().as_s());
+                self.no_answer(what, f64::from(MAX_SILENT_FRAMES) * 0.02);
+            }
+            return;
+        }
+        self.repeats += 1;
+        let (allowed, what) = match self.phase {
+            Phase::Greeting => (MAX_GREETINGS, "the greeting".into()),
+            _ => (MAX_REPEATS, self.what_is_asked()),
+        };
+        if self.repeats > allowed {
+            self.no_answer(what, f64::from(allowed) * 0.5);
+        } else {
+            self.say();
+        }
+    }
+
+    /// Ends the session from outside, as when the stream breaks.
+    pub fn fail(&mut self, error: SessionError) {
+        self.finish(End::Failed(error));
+    }
+
+    fn no_answer(&mut self, what: String, waited_s: f64) {
+        self.fail(SessionError::NoAnswer { peer: "flight computer", what, waited_s });
+    }
+
+    fn finish(&mut self, end: End) {
+        if self.finished.is_none() {
+            self.finished = Some(end);
+            self.phase = Phase::Finished;
+            self.outstanding = None;
+        }
+    }
+
+    fn now(&self) -> MissionTime {
+        MissionTime::of_frame(self.frame)
+    }
+
+    /// Queues what the present phase has to say, under a new number.
+    fn say(&mut self) {
+        let command = match self.phase {
+            Phase::Greeting => {
+                self.send(Uplink::Hello(Hello::ours(BUILD_ID)));
+                return;
+            }
+            Phase::Loading => Command::Load(self.plan.blocks[self.block].clone()),
+            Phase::Verifying => Command::ReadBack(id_of(&self.plan.blocks[self.block])),
+            Phase::Arming => Command::Arm { digest: self.config.digest() },
+            Phase::Starting => Command::Go,
+            Phase::Flying | Phase::Finished => return,
+        };
+        self.outstanding = Some(self.sender.next_sequence());
+        self.send(Uplink::Command(command));
+    }
+
+    /// What the outstanding command asks, in words.
+    fn what_is_asked(&self) -> String {
+        let block = || self.plan.blocks.get(self.block).map_or_else(String::new, |b| refusal::name(id_of(b)));
+        match self.phase {
+            Phase::Loading => format!("the loading of the {}", block()),
+            Phase::Verifying => format!("the read-back of the {}", block()),
+            Phase::Arming => "the arming".into(),
+            Phase::Starting => "the start".into(),
+            Phase::Greeting | Phase::Flying | Phase::Finished => "the greeting".into(),
+        }
+    }
+
+    fn hear(&mut self, packet: Downlink) {
+        match packet {
+            Downlink::Hello(hello) if self.phase == Phase::Greeting => match hello.check() {
+                Ok(()) => self.enter(Phase::Loading),
+                Err(error) => self.fail(SessionError::Hello { peer: "flight computer", error }),
+            },
+            Downlink::CommandReply(reply) if self.outstanding == Some(reply.to_sequence) => {
+                self.answered(reply.outcome)
+            }
+            // A reply to a repeat, when the first one had already been obeyed, or to something long settled.
+            Downlink::Actuator(actuator) if self.phase == Phase::Flying => self.commanded(&actuator),
+            _ => {}
+        }
+    }
+
+    fn enter(&mut self, phase: Phase) {
+        self.phase = phase;
+        self.block = 0;
+        self.repeats = 0;
+        self.outstanding = None;
+        if phase == Phase::Flying {
+            self.begin_flight();
+        } else {
+            self.say();
+        }
+    }
+
+    /// Takes the answer to the outstanding command.
+    fn answered(&mut self, outcome: CommandOutcome) {
+        let repeated = self.repeats > 0;
+        match (self.phase, outcome) {
+            (Phase::Loading, CommandOutcome::Accepted) => self.next_block(Phase::Verifying),
+            (Phase::Verifying, CommandOutcome::Block(held)) => {
+                let sent = &self.plan.blocks[self.block];
+                if held == *sent {
+                    self.next_block(Phase::Arming);
+                } else {
+                    let (sent, held) = (format!("{sent:?}"), format!("{held:?}"));
+                    let block = refusal::name(id_of(&self.plan.blocks[self.block]));
+                    self.fail(SessionError::ReadBack { block, sent, held });
+                }
+            }
+            (Phase::Arming, CommandOutcome::Accepted) => self.enter(Phase::Starting),
+            (Phase::Starting, CommandOutcome::Accepted) => self.enter(Phase::Flying),
+            // The first of two equal commands was obeyed and only its answer was lost.
+            (Phase::Arming, CommandOutcome::Refused(Refusal::AlreadyArmed)) if repeated => self.enter(Phase::Starting),
+            (Phase::Starting, CommandOutcome::Refused(Refusal::WrongMode)) if repeated => self.enter(Phase::Flying),
+            (_, CommandOutcome::Refused(why)) => {
+                self.fail(SessionError::Refused { what: self.what_is_asked(), reason: refusal::explain(why) });
+            }
+            (_, other) => self.fail(SessionError::Refused {
+                what: self.what_is_asked(),
+                reason: format!("its answer makes no sense here ({other:?})"),
+            }),
+        }
+    }
+
+    fn next_block(&mut self, after_the_last: Phase) {
+        self.block += 1;
+        self.repeats = 0;
+        if self.block < self.plan.blocks.len() {
+            self.say();
+        } else {
+            self.enter(after_the_last);
+        }
+    }
+
+    fn begin_flight(&mut self) {
+        self.send_truth();
+        self.go_on = true;
+    }
+
+    /// Takes the command of a frame; the parachute ends the flight.
+    fn commanded(&mut self, actuator: &Actuator) {
+        self.silent_frames = 0;
+        // Not finite is not obeyed: the truth must survive any flight software.
+        if actuator.bank_accel_radps2.is_finite() && actuator.bank_rate_radps.is_finite() {
+            self.command = *actuator;
+        }
+        if actuator.discretes & Actuator::MORTAR_FIRE != 0 {
+            self.finish(End::Deployed);
+        } else if actuator.frame >= self.frame {
+            self.go_on = true;
+        }
+    }
+
+    fn fly_one_frame(&mut self) {
+        if self.plant.altitude_m() <= 0.0 {
+            return self.finish(End::Ground);
+        }
+        if self.now().as_s() >= self.plan.time_limit_s {
+            return self.finish(End::TimeLimit);
+        }
+        self.plant.advance(self.command.bank_accel_radps2, self.command.bank_rate_radps);
+        self.frame += 1;
+        self.go_on = false;
+        self.send_truth();
+        let FramePackets { pressure, radio, imu } = self.plant.packets().clone();
+        if let Some(pressure) = pressure {
+            self.send_sensor(Uplink::Pressure(pressure));
+        }
+        for measurement in radio {
+            self.send_sensor(Uplink::Radio(measurement));
+        }
+        if !self.send_sensor(Uplink::Imu(imu)) {
+            // The flight computer will not see this frame end: no use to wait for its answer.
+            self.go_on = true;
+        }
+    }
+
+    /// The true state: part of the link for ideal navigation, else a tap outside the numbering.
+    fn send_truth(&mut self) {
+        let truth = Uplink::Truth(self.plant.truth());
+        if self.config.modes.navigation == NavigationMode::Ideal {
+            self.send(truth);
+        } else if self.plan.truth_tap {
+            let mut room: FrameBytes = [0; MAX_FRAME];
+            // Every packet fits its own maximum size.
+            if let Ok(bytes) = encode_frame(&Frame { sequence: 0, time: self.now(), packet: truth }, &mut room) {
+                self.pending.extend_from_slice(bytes);
+            }
+        }
+    }
+
+    fn send(&mut self, packet: Uplink) {
+        let mut room: FrameBytes = [0; MAX_FRAME];
+        if let Ok(bytes) = self.sender.encode(self.now(), packet, &mut room) {
+            self.pending.extend_from_slice(bytes);
+        }
+    }
+
+    /// Sends a sensor packet through the faults of the link. Whether it arrives whole.
+    fn send_sensor(&mut self, packet: Uplink) -> bool {
+        let begin = self.pending.len();
+        self.send(packet);
+        let now_s = self.now().as_s();
+        let mut whole = true;
+        for fault in self.plan.faults.iter().filter(|f| f.target == FaultTarget::Uplink && f.acts_at(now_s)) {
+            match fault.kind {
+                FaultKind::BitFlips => {
+                    let probability = fault.parameters.get("per_packet").copied().unwrap_or(0.0);
+                    if self.plan.noise.uniform() < probability {
+                        flip_one_bit(&mut self.pending[begin..], &mut self.plan.noise);
+                        whole = false;
+                    }
+                }
+                _ => {
+                    self.pending.truncate(begin);
+                    whole = false;
+                }
+            }
+        }
+        whole
+    }
+}
+
+/// Flips a random bit of a frame.
+fn flip_one_bit(bytes: &mut [u8], noise: &mut Stream) {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // in [0, 8·len)
+    let bit = (noise.uniform() * (8 * bytes.len()) as f64) as usize;
+    if let Some(byte) = bytes.get_mut(bit / 8) {
+        *byte ^= 1 << (bit % 8);
+    }
+}
+
+/// The name of a block.
+fn id_of(block: &ParameterBlock) -> BlockId {
+    match block {
+        ParameterBlock::Modes(_) => BlockId::Modes,
+        ParameterBlock::Planet(_) => BlockId::Planet,
+        ParameterBlock::Vehicle(_) => BlockId::Vehicle,
+        ParameterBlock::AeroRows(rows) => BlockId::AeroRows(rows.start),
+        ParameterBlock::Atmosphere(_) => BlockId::Atmosphere,
+        ParameterBlock::AtmosphereRows(rows) => BlockId::AtmosphereRows(rows.start),
+        ParameterBlock::Target(_) => BlockId::Target,
+        ParameterBlock::Deploy(_) => BlockId::Deploy,
+        ParameterBlock::Source { slot, .. } => BlockId::Source(*slot),
+        ParameterBlock::InitialKnowledge(_) => BlockId::InitialKnowledge,
+        ParameterBlock::Navigation(_) => BlockId::Navigation,
+        ParameterBlock::Guidance(_) => BlockId::Guidance,
+        ParameterBlock::Constraints(_) => BlockId::Constraints,
+        ParameterBlock::Control(_) => BlockId::Control,
+    }
+}
