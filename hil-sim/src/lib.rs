@@ -7,6 +7,7 @@
 //!   flights with located stops. * [`actuator`], [`attitude`] bank and trim. * [`sensors`], [`orbiter`] measurements.
 //! * [`noise`] seeded streams of random numbers. * [`case`](mod@case) one fully determined flight; [`dispersion`] draws it.
 //! * [`truth`] the simulator, frame by frame. * [`scenario`] the files that describe a flight.
+//! * [`session`] the ground's end of the link. * [`transport`] TCP, pseudo-terminals and serial lines.
 #![forbid(unsafe_code)]
 
 pub mod actuator;
@@ -22,5 +23,6 @@ pub mod propagate;
 pub mod scenario;
 pub mod sensors;
 pub mod session;
+pub mod transport;
 pub mod truth;
 pub mod wind;

@@ -15,6 +15,7 @@ use fsw_core::time::MissionTime;
 
 use super::SessionError;
 use super::refusal;
+use crate::case::Case;
 use crate::noise::Stream;
 use crate::scenario::{Fault, FaultKind, FaultTarget, Scenario};
 use crate::truth::{FramePackets, Truth};
@@ -27,6 +28,9 @@ const MAX_REPEATS: u32 = 5;
 const MAX_GREETINGS: u32 = 60;
 /// Frames in a row without an actuator command after which the flight computer counts as lost.
 const MAX_SILENT_FRAMES: u32 = 500;
+
+/// The filter factors its initial variances: exact knowledge is told as nearly exact (m, m/s, rad).
+const LEAST_SIGMA: f64 = 1e-6;
 
 /// What the conductor flies.
 pub trait Plant {
@@ -121,6 +125,12 @@ impl Plan {
     #[must_use]
     pub fn new(scenario: &Scenario, knowledge: InitialKnowledge, noise: Stream) -> Self {
         let mut blocks = scenario.parameter_blocks();
+        let knowledge = InitialKnowledge {
+            position_sigma_m: knowledge.position_sigma_m.max(LEAST_SIGMA),
+            velocity_sigma_mps: knowledge.velocity_sigma_mps.max(LEAST_SIGMA),
+            attitude_sigma_rad: knowledge.attitude_sigma_rad.max(LEAST_SIGMA),
+            ..knowledge
+        };
         let at = blocks.iter().position(|b| matches!(b, ParameterBlock::Navigation(_))).unwrap_or(blocks.len());
         blocks.insert(at, ParameterBlock::InitialKnowledge(knowledge));
         Self { blocks, time_limit_s: scenario.time_limit_s, faults: scenario.fault.clone(), noise, truth_tap: true }
@@ -150,6 +160,24 @@ pub struct Conductor<P = Truth> {
     /// The actuator command of the present frame has come, or is not to be waited for.
     go_on: bool,
     pending: Vec<u8>,
+}
+
+impl Conductor<Truth> {
+    /// The session of one run of a scenario; run `run` of `seed` is always the same, `nominal` turns dispersions off.
+    ///
+    /// # Errors
+    /// The parameters cannot be told to this flight software.
+    pub fn new(scenario: &Scenario, seed: u64, run: u64, nominal: bool) -> Result<Self, SessionError> {
+        Self::for_case(scenario, &Case::draw(scenario, seed, run, nominal))
+    }
+
+    /// The session of one case of a scenario.
+    ///
+    /// # Errors
+    /// The parameters cannot be told to this flight software.
+    pub fn for_case(scenario: &Scenario, case: &Case) -> Result<Self, SessionError> {
+        Self::with_plant(Truth::new(case), Plan::new(scenario, case.knowledge, case.noise.stream("uplink faults")))
+    }
 }
 
 impl<P: Plant> Conductor<P> {
@@ -482,3 +510,7 @@ fn id_of(block: &ParameterBlock) -> BlockId {
         ParameterBlock::Control(_) => BlockId::Control,
     }
 }
+
+#[cfg(test)]
+#[path = "conductor_tests.rs"]
+mod tests;
