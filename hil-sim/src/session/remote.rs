@@ -136,6 +136,7 @@ impl TruthEnd for RemoteTruth {
             self.stream.write_all(said).map_err(|e| self.cut(&e))?;
         }
         if !self.waiting.is_empty() {
+            self.bytes_heard += self.waiting.len() as u64;
             next.append(&mut self.waiting);
             return Ok(());
         }
