@@ -208,6 +208,8 @@ mod tests {
         assert_near(told.atmosphere.temperature_k, own.atmosphere.temperature_k, "temperature");
         assert_near(told.navigation.accelerometer_noise, own.navigation.accelerometer_noise, "accelerometer noise");
         assert_near(told.navigation.gyro_bias_sigma_radps, own.navigation.gyro_bias_sigma_radps, "gyro bias");
+        let air = |config: &Config| (config.navigation.log_density_sigma, config.navigation.log_density_length_m);
+        assert_eq!(air(&told), air(&own));
         assert_near(told.navigation.gyro_noise, own.navigation.gyro_noise, "gyro noise");
         let (RadioSource::Orbiter { position_m: a, .. }, RadioSource::Orbiter { position_m: b, .. }) =
             (told.sources[0], own.sources[0])
