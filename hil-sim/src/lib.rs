@@ -20,6 +20,7 @@ pub mod dynamics;
 pub mod noise;
 pub mod orbiter;
 pub mod propagate;
+pub mod reach;
 pub mod scenario;
 pub mod sensors;
 pub mod session;
