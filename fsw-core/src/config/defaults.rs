@@ -138,7 +138,7 @@ const CONTROL: ControlParameters = ControlParameters {
     initial_bank_rad: rad(-42.0),
     max_rate_radps: rad(20.0),
     max_accel_radps2: rad(5.0),
-    lag_s: 0.0,
+    lag_s: 0.05,
 };
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ fn sample_blocks() -> Vec<ParameterBlock> {
         },
         ParameterBlock::InitialKnowledge(InitialKnowledge { position_sigma_m: 1.0, ..d.initial_knowledge }),
         ParameterBlock::Navigation(NavigationParameters { gate_sigma: 4.0, ..d.navigation }),
-        ParameterBlock::Guidance(GuidanceParameters { max_iterations: 3, ..d.guidance }),
+        ParameterBlock::Guidance(GuidanceParameters { max_iterations: 4, ..d.guidance }),
         ParameterBlock::Constraints(ConstraintParameters { load_mps2: 120.0, ..d.constraints }),
         ParameterBlock::Control(ControlParameters { lag_s: 0.25, ..d.control }),
     ];
