@@ -107,6 +107,9 @@ pub struct PropagateArgs {
     /// Where to stop: altitude_km=, speed_mps=, time_s= or range_km=.
     #[arg(long, value_name = "QUANTITY=VALUE", default_value = "altitude_km=10")]
     pub until: String,
+    /// Spacing of the rows, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.1)]
+    pub every: f64,
     /// CSV file; standard output when left out.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

@@ -4,5 +4,20 @@
 //! command does the work, and everything a flight leaves behind passes through one [`record::FlightRecord`].
 
 pub mod cli;
+pub mod ends;
+pub mod error;
+pub mod linklog;
+pub mod measure;
+pub mod output;
+pub mod propagate;
+pub mod pump;
 pub mod record;
+pub mod recorder;
+pub mod replay;
 pub mod report;
+pub mod runfolder;
+pub mod scenarios;
+pub mod screen;
+pub mod summary;
+pub mod tap;
+pub mod telemetry;

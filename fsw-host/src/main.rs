@@ -1,11 +1,31 @@
-//! `aeroshell`: the command line of the host harness.
+//! `aeroshell`: the command line of the host harness. Exit code 0 is success, 1 a run that failed, 2 bad input.
 
 use std::process::ExitCode;
 
 use clap::Parser;
-use fsw_host::cli::Cli;
+use fsw_host::cli::{Cli, Command};
+use fsw_host::ends::LocalComputer;
+use fsw_host::error::HostError;
+use fsw_host::{propagate, replay, scenarios};
 
 fn main() -> ExitCode {
-    let _cli = Cli::parse();
-    ExitCode::SUCCESS
+    let cli = Cli::parse();
+    let done = match cli.command {
+        None | Some(Command::Fly(_)) => {
+            Err(HostError::Option("flying needs the truth simulator, which is not connected yet".to_owned()))
+        }
+        Some(Command::Propagate(args)) => propagate::run(&args),
+        Some(Command::Replay(args)) => replay::run(&args, &mut LocalComputer::default()),
+        Some(Command::Scenario(command)) => scenarios::run(&command),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) => refuse(&error),
+    }
+}
+
+fn refuse(error: &HostError) -> ExitCode {
+    eprintln!("aeroshell: {error}");
+    ExitCode::from(2)
 }

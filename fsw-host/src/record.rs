@@ -4,8 +4,10 @@
 
 use fsw_core::link::packet::{Actuator, Event, GuidanceTlm, HealthTlm, NavTlm, RejectCounters, Truth};
 use fsw_core::link::parameters::{ConstraintParameters, DeployParameters, NavigationMode, Target, TriggerKind};
-use fsw_core::planet::Planet;
+use fsw_core::planet::{Planet, STANDARD_GRAVITY_MPS2};
 use fsw_core::time::MissionTime;
+use fsw_core::units::rad;
+use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 /// Everything known about one flight once it is over.
@@ -68,6 +70,48 @@ pub struct ScenarioFacts {
     pub source_names: Vec<String>,
 }
 
+impl ScenarioFacts {
+    /// The facts of a scenario.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let planet = scenario.planet.si();
+        let entry = scenario.entry.planet_relative(&planet);
+        let (deploy, limits) = (&scenario.deploy, &scenario.deploy.limits);
+        let orbiters = scenario.orbiter.iter().map(|o| o.name.clone());
+        Self {
+            name: scenario.name.clone(),
+            planet,
+            entry_longitude_rad: entry.longitude_rad,
+            entry_latitude_rad: entry.latitude_rad,
+            target: Target {
+                longitude_rad: rad(scenario.target.longitude_deg),
+                latitude_rad: rad(scenario.target.latitude_deg),
+            },
+            deploy: DeployParameters {
+                speed_mps: deploy.speed_mps,
+                window_min_speed_mps: deploy.speed_window_mps[0],
+                window_max_speed_mps: deploy.speed_window_mps[1],
+                floor_altitude_m: deploy.floor_altitude_km * 1e3,
+                min_altitude_m: limits.altitude_km[0] * 1e3,
+                max_altitude_m: limits.altitude_km[1] * 1e3,
+                min_mach: limits.mach[0],
+                max_mach: limits.mach[1],
+                min_dynamic_pressure_pa: limits.dynamic_pressure_pa[0],
+                max_dynamic_pressure_pa: limits.dynamic_pressure_pa[1],
+            },
+            trigger: deploy.trigger,
+            constraints: ConstraintParameters {
+                load_mps2: scenario.guidance.limits.load_g * STANDARD_GRAVITY_MPS2,
+                heat_flux_wpm2: scenario.guidance.limits.heat_flux_wpm2,
+                dynamic_pressure_pa: scenario.guidance.limits.dynamic_pressure_pa,
+            },
+            navigation: scenario.navigation.filter,
+            nose_radius_m: scenario.vehicle.nose_radius_m,
+            source_names: orbiters.chain(scenario.beacon.iter().map(|b| b.name.clone())).collect(),
+        }
+    }
+}
+
 /// True state at the end of one minor frame; derived from [`Truth`] packets only, wherever the truth runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TruthSample {
@@ -101,7 +145,8 @@ pub struct NeesSample {
     /// Time, s.
     pub time_s: f64,
     /// Normalised estimation error squared of inertial position and velocity: 6 on average when consistent.
-    pub nees: f64,
+    /// None when the covariance is not positive definite, as in the modes without a filter.
+    pub nees: Option<f64>,
     /// Position error, inertial axes, estimate minus truth, m.
     pub position_error_m: [f64; 3],
     /// Velocity error, inertial axes, estimate minus truth, m/s.
@@ -294,4 +339,14 @@ pub struct LinkCounters {
     pub uplink_bytes: u64,
     /// Bytes from the flight computer.
     pub downlink_bytes: u64,
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Facts of the default scenario.
+    pub(crate) fn facts() -> ScenarioFacts {
+        ScenarioFacts::of(&Scenario::builtin("msl").expect("the default scenario resolves"))
+    }
 }

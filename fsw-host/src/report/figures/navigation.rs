@@ -82,7 +82,7 @@ fn errors(
 /// Normalised estimation error squared, on a logarithmic axis.
 fn consistency(story: &Story<'_>) -> Figure {
     let log = |v: f64| if v > 0.0 { v.log10() } else { f64::NAN };
-    let nees: Vec<Point> = story.record.nees.iter().map(|n| (n.time_s, log(n.nees))).collect();
+    let nees: Vec<Point> = story.record.nees.iter().map(|n| (n.time_s, log(n.nees.unwrap_or(f64::NAN)))).collect();
     let known = nees.iter().filter(|p| p.1.is_finite()).count() > 1;
     let (low, high) = (NEES_95.0.log10(), NEES_95.1.log10());
     let end = story.end_s();

@@ -1,0 +1,61 @@
+//! What can go wrong before a flight begins; each is one sentence and ends the program with exit code 2.
+
+use std::path::PathBuf;
+
+use hil_sim::scenario::ScenarioError;
+use thiserror::Error;
+
+use crate::linklog::LinkLogError;
+use crate::report::ReportError;
+
+/// Bad input, or a place that cannot be written.
+#[derive(Debug, Error)]
+pub enum HostError {
+    /// The scenario.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A run folder that holds something.
+    #[error(
+        "output folder {} is occupied: choose another with --out, or replace its run with --force",
+        .0.display()
+    )]
+    Occupied(PathBuf),
+    /// A file that exists.
+    #[error("output file {} exists: choose another with --out, or replace it with --force", .0.display())]
+    FileExists(PathBuf),
+    /// A file or folder that cannot be used.
+    #[error("cannot {action} {}: {source}", .path.display())]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// On what.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A link log that cannot be read.
+    #[error("cannot read {}: {source}", .path.display())]
+    LinkLog {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: LinkLogError,
+    },
+    /// The report.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// An option with a bad value.
+    #[error("{0}")]
+    Option(String),
+    /// The other end cannot be reached or speaks another language.
+    #[error("{0}")]
+    Link(String),
+}
+
+impl HostError {
+    /// Wraps an input/output error with what was tried on which path.
+    pub fn file(action: &'static str, path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::File { action, path, source }
+    }
+}

@@ -1,0 +1,35 @@
+//! Standard output: whole texts, and a reader that went away is no error.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use crate::error::HostError;
+
+/// Prints a text as it is.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn print(text: &str) -> Result<(), HostError> {
+    written(io::stdout().lock().write_all(text.as_bytes()))
+}
+
+/// Prints a value as indented JSON.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn print_json(value: &impl Serialize) -> Result<(), HostError> {
+    let mut out = io::stdout().lock();
+    written(serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from).and_then(|()| writeln!(out)))
+}
+
+/// Judges the outcome of writing to standard output.
+///
+/// # Errors
+/// It cannot be written, and not because its reader has seen enough, as `head` does.
+pub fn written(outcome: io::Result<()>) -> Result<(), HostError> {
+    match outcome {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(HostError::file("write", "standard output")(e)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,47 @@
+//! `scenario`: list, show and check.
+
+use hil_sim::scenario::Scenario;
+
+use crate::cli::ScenarioCommand;
+use crate::error::HostError;
+use crate::output::print;
+
+/// Runs the command; it succeeds or refuses its input.
+///
+/// # Errors
+/// Bad input.
+pub fn run(command: &ScenarioCommand) -> Result<bool, HostError> {
+    match command {
+        ScenarioCommand::List => print(&list())?,
+        ScenarioCommand::Show { name, set } => print(&Scenario::resolve(name, set)?.to_toml())?,
+        ScenarioCommand::Check { file, set } => {
+            let scenario = Scenario::resolve(file, set)?;
+            print(&format!("{file}: scenario \"{}\" is sound\n", scenario.name))?;
+        }
+    }
+    Ok(true)
+}
+
+/// One line per built-in scenario: its name and the first comment line of its file.
+fn list() -> String {
+    let line = |name: &str| {
+        let text = Scenario::builtin_text(name).unwrap_or_default();
+        let about = text.lines().find_map(|l| l.strip_prefix("# ")).unwrap_or_default();
+        format!("{name:<14} {about}\n")
+    };
+    Scenario::builtin_names().into_iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_scenario_is_listed_with_what_it_is() {
+        let list = list();
+        for name in Scenario::builtin_names() {
+            let line = list.lines().find(|l| l.split_whitespace().next() == Some(name)).unwrap_or_default();
+            assert!(line.split_whitespace().count() > 1, "{name} has no description: {line:?}");
+        }
+    }
+}
