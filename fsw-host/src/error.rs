@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use hil_sim::scenario::ScenarioError;
+use hil_sim::session::SessionError;
 use thiserror::Error;
 
 use crate::linklog::LinkLogError;
@@ -47,6 +48,9 @@ pub enum HostError {
     /// An option with a bad value.
     #[error("{0}")]
     Option(String),
+    /// The session cannot be opened: nobody there, another protocol, or a scenario that cannot be flown.
+    #[error(transparent)]
+    Session(#[from] SessionError),
     /// The other end cannot be reached or speaks another language.
     #[error("{0}")]
     Link(String),

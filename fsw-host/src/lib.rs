@@ -6,6 +6,7 @@
 pub mod cli;
 pub mod ends;
 pub mod error;
+pub mod fly;
 pub mod linklog;
 pub mod measure;
 pub mod output;

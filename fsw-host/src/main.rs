@@ -6,14 +6,13 @@ use clap::Parser;
 use fsw_host::cli::{Cli, Command};
 use fsw_host::ends::LocalComputer;
 use fsw_host::error::HostError;
-use fsw_host::{propagate, replay, scenarios};
+use fsw_host::{fly, propagate, replay, scenarios};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
-        None | Some(Command::Fly(_)) => {
-            Err(HostError::Option("flying needs the truth simulator, which is not connected yet".to_owned()))
-        }
+        None => fly::run(&cli.fly),
+        Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
         Some(Command::Replay(args)) => replay::run(&args, &mut LocalComputer::default()),
         Some(Command::Scenario(command)) => scenarios::run(&command),

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use fsw_core::link::packet::{Downlink, Uplink};
 use fsw_core::link::parameters::NavigationMode;
 use fsw_core::time::{FRAME, MissionTime};
+use hil_sim::session::TruthEnd;
 
 use crate::linklog::Direction;
 use crate::record::{End, FlightRecord};
@@ -20,30 +21,11 @@ use crate::tap::{Heard, Tap};
 /// Exchanges in a row in which neither end says anything before the flight counts as dead.
 const MAX_SILENT_EXCHANGES: u32 = 1_000;
 
-/// The end of the link where the truth is: ground station, world and sensors.
-pub trait TruthEnd {
-    /// Hands over what the flight computer said and appends what the truth end answers, possibly nothing yet.
-    ///
-    /// # Errors
-    /// The connection is gone, or the truth end gave up; one sentence says why.
-    fn exchange(&mut self, from_computer: &[u8], to_computer: &mut Vec<u8>) -> Result<(), LinkLoss>;
-
-    /// True when an exchange without bytes waited for them in vain: silence then has its own time limit.
-    fn waits(&self) -> bool {
-        false
-    }
-}
-
 /// The end of the link where the flight computer is.
 pub trait ComputerEnd {
     /// Hands over bytes and appends the answer.
     fn exchange(&mut self, to_computer: &[u8], from_computer: &mut Vec<u8>);
 }
-
-/// The truth end is gone; one sentence says why.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct LinkLoss(pub String);
 
 /// Who watches a flight; every method has a default that does nothing.
 pub trait Watch {
@@ -128,7 +110,9 @@ impl Pump<'_> {
             }
             from_truth.clear();
             if let Err(loss) = truth.exchange(&from_computer, &mut from_truth) {
-                return End::Failed(self.at_time(&loss.0));
+                // An interrupt reaches a truth simulator of our own too, and may cut the link before we see it.
+                let interrupted = interrupt.load(Ordering::Relaxed);
+                return if interrupted { End::Interrupted } else { End::Failed(self.at_time(&loss.to_string())) };
             }
             self.hear_truth(&from_truth);
             from_computer.clear();
@@ -144,7 +128,7 @@ impl Pump<'_> {
                 let _ = truth.exchange(&from_computer, &mut from_truth);
                 return end;
             }
-            silent = if from_truth.is_empty() && from_computer.is_empty() && !truth.waits() { silent + 1 } else { 0 };
+            silent = if from_truth.is_empty() && from_computer.is_empty() { silent + 1 } else { 0 };
             if silent > MAX_SILENT_EXCHANGES {
                 return End::Failed(self.at_time("both ends of the link fell silent"));
             }

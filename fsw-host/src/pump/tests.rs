@@ -3,6 +3,7 @@ use crate::record::tests::facts;
 use crate::recorder::FlightId;
 use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
 use fsw_core::link::packet::{Actuator, Frame, Imu, Truth};
+use hil_sim::session::SessionError;
 
 static CALM: AtomicBool = AtomicBool::new(false);
 const CALM_PACE: Pace<'static> = Pace { realtime: false, interrupt: &CALM };
@@ -28,10 +29,10 @@ impl Script {
 }
 
 impl TruthEnd for Script {
-    fn exchange(&mut self, _: &[u8], out: &mut Vec<u8>) -> Result<(), LinkLoss> {
+    fn exchange(&mut self, _: &[u8], out: &mut Vec<u8>) -> Result<(), SessionError> {
         if self.pending.is_empty() {
             if self.frame > self.last_frame {
-                return Err(LinkLoss("the truth simulator closed the connection".into()));
+                return Err(SessionError::Bench("no more".into()));
             }
             let time = MissionTime::of_frame(self.frame);
             let height = 3_500_000.0 - self.descent_m_per_frame * f64::from(self.frame);
@@ -143,7 +144,7 @@ fn the_size_of_the_chunks_changes_nothing() {
 #[test]
 fn a_cut_link_keeps_everything_up_to_the_cut() {
     let (record, ..) = run(Script::new(20, usize::MAX), u32::MAX, NavigationMode::Ekf);
-    assert_eq!(record.end, End::Failed("the truth simulator closed the connection (at t = 0.40 s)".into()));
+    assert_eq!(record.end, End::Failed("the truth simulator refuses the flight: no more (at t = 0.40 s)".into()));
     assert_eq!((record.truth.len(), record.actuators.len()), (21, 20));
     assert!(!record.summary.success);
 }
@@ -162,7 +163,7 @@ fn an_interrupt_ends_the_flight_and_keeps_it() {
 fn two_silent_ends_do_not_hang() {
     struct Silent;
     impl TruthEnd for Silent {
-        fn exchange(&mut self, _: &[u8], _: &mut Vec<u8>) -> Result<(), LinkLoss> {
+        fn exchange(&mut self, _: &[u8], _: &mut Vec<u8>) -> Result<(), SessionError> {
             Ok(())
         }
     }

@@ -185,7 +185,11 @@ fn telemetry(record: &mut FlightRecord, frame: u32, truth: &TruthSample, bank: f
                     Some(innovation(time, MeasurementKind::RangeRate, source, -n));
             }
         }
-        record.nees.push(NeesSample { time_s: truth.time_s, nees: Some(6.0 + 4.0 * noise(frame)), ..NeesSample::default() });
+        record.nees.push(NeesSample {
+            time_s: truth.time_s,
+            nees: Some(6.0 + 4.0 * noise(frame)),
+            ..NeesSample::default()
+        });
         record.nav.push((time, nav));
     }
     if frame.is_multiple_of(50) && mode != Mode::Coast {

@@ -1,0 +1,174 @@
+//! `fly`: one closed-loop entry, from a scenario to a run folder.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use fsw_core::link::schema::SCHEMA_HASH;
+use hil_sim::scenario::Scenario;
+use hil_sim::session::{Conductor, RemoteTruth, TruthEnd};
+
+use crate::cli::{FlyArgs, TruthPlace};
+use crate::ends::LocalComputer;
+use crate::error::HostError;
+use crate::linklog::{Direction, LinkLogWriter};
+use crate::output::{print, print_json};
+use crate::pump::{self, Pace, Unwatched, Watch};
+use crate::record::{FlightRecord, ScenarioFacts};
+use crate::recorder::{FlightId, Recorder};
+use crate::runfolder::RunFolder;
+use crate::screen::{self, Progress};
+
+/// Folder in which run folders are made when none is named.
+const RUNS: &str = "runs";
+/// The link log reaches the disk at least this often, in records.
+const RECORDS_PER_FLUSH: u32 = 500;
+
+/// Set by the first Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Never set.
+static UNDISTURBED: AtomicBool = AtomicBool::new(false);
+
+/// Flies inside this process without files; the record holds everything that was heard.
+///
+/// # Errors
+/// The scenario cannot be flown.
+pub fn fly_in_process(scenario: &Scenario, seed: u64, run: u64, nominal: bool) -> Result<FlightRecord, HostError> {
+    let id = FlightId { seed, run, nominal };
+    let mut truth = Conductor::new(scenario, seed, run, nominal)?;
+    let pace = Pace { realtime: false, interrupt: &UNDISTURBED };
+    Ok(pump::fly(&mut truth, &mut LocalComputer::default(), recorder(scenario, id), &mut Unwatched, pace))
+}
+
+/// The same, keeping only the summary, the events and the consistency of the navigation: for many flights.
+///
+/// # Errors
+/// The scenario cannot be flown.
+pub fn fly_light(scenario: &Scenario, seed: u64, run: u64, nominal: bool) -> Result<FlightRecord, HostError> {
+    let mut record = fly_in_process(scenario, seed, run, nominal)?;
+    record.truth = Vec::new();
+    record.actuators = Vec::new();
+    record.nav = Vec::new();
+    record.guidance = Vec::new();
+    record.health = Vec::new();
+    record.frame_cost_us = Vec::new();
+    Ok(record)
+}
+
+fn recorder(scenario: &Scenario, id: FlightId) -> Recorder {
+    Recorder::new(ScenarioFacts::of(scenario), id, scenario.time_limit_s)
+}
+
+/// Runs the command; true when the flight was a success.
+///
+/// # Errors
+/// Bad input, or files that cannot be written.
+pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
+    let scenario = Scenario::resolve(&args.scenario, &sets(args))?;
+    let id = FlightId { seed: args.seed, run: args.run, nominal: args.nominal };
+    // Both ends stand before the folder is made: bad input leaves nothing behind.
+    let mut truth = truth_end(&args.truth, &scenario, id)?;
+    let folder = match &args.out {
+        Some(path) => RunFolder::at(path, args.force)?,
+        None => RunFolder::fresh(Path::new(RUNS), &format!("{}-seed{}", file_name(&scenario.name), args.seed))?,
+    };
+    folder.write_scenario(&scenario.to_toml())?;
+    let visible = !args.common.quiet && !args.common.json;
+    let mut watch = Recording { log: folder.link_log(SCHEMA_HASH)?, unflushed: 0, progress: Progress::new(visible) };
+    catch_interrupt()?;
+    let pace = Pace { realtime: args.realtime, interrupt: &INTERRUPTED };
+    let record = pump::fly(truth.as_mut(), &mut LocalComputer::default(), recorder(&scenario, id), &mut watch, pace);
+    watch.finish().map_err(HostError::file("write", folder.path().join("link.bin")))?;
+    folder.write_record(&record, args.csv)?;
+    say(args, &record, folder.path())?;
+    Ok(record.summary.success)
+}
+
+/// `--set` fields; the named algorithms are fields too and win.
+fn sets(args: &FlyArgs) -> Vec<String> {
+    let named = [
+        args.nav.map(|n| format!("navigation.filter={}", n.field_value())),
+        args.guidance.map(|g| format!("guidance.mode={}", g.field_value())),
+        args.trigger.map(|t| format!("deploy.trigger={}", t.field_value())),
+    ];
+    args.common.set.iter().cloned().chain(named.into_iter().flatten()).collect()
+}
+
+fn truth_end(place: &TruthPlace, scenario: &Scenario, id: FlightId) -> Result<Box<dyn TruthEnd>, HostError> {
+    let open = |place: &str| RemoteTruth::open(place, scenario, id.seed, id.run, id.nominal);
+    Ok(match place {
+        TruthPlace::InProcess => Box::new(Conductor::new(scenario, id.seed, id.run, id.nominal)?),
+        TruthPlace::Tcp(address) => Box::new(open(&format!("tcp:{address}"))?),
+        TruthPlace::Pty => Box::new(open("pty")?),
+    })
+}
+
+/// The name of a scenario as part of a path: letters, digits, `-`, `_` and `.` stay.
+fn file_name(name: &str) -> String {
+    let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    name.chars().map(|c| if keep(c) { c } else { '-' }).collect()
+}
+
+/// The first Ctrl-C ends the flight and keeps it; a second one ends the program.
+fn catch_interrupt() -> Result<(), HostError> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .map_err(|e| HostError::Option(format!("Ctrl-C cannot be caught: {e}")))
+}
+
+fn say(args: &FlyArgs, record: &FlightRecord, folder: &Path) -> Result<(), HostError> {
+    if args.common.json {
+        print_json(&record.summary)?;
+    } else if !args.common.quiet {
+        print(&screen::summary(record, Some(folder)))?;
+    }
+    if let Some(reason) = &record.summary.reason {
+        eprintln!("aeroshell: {reason}; what was recorded is in {}", folder.display());
+    }
+    Ok(())
+}
+
+/// Keeps `link.bin` and moves the bar.
+struct Recording {
+    log: LinkLogWriter<BufWriter<File>>,
+    unflushed: u32,
+    progress: Progress,
+}
+
+impl Recording {
+    fn finish(&mut self) -> io::Result<()> {
+        self.progress.finish();
+        self.log.flush()
+    }
+}
+
+impl Watch for Recording {
+    fn link(&mut self, direction: Direction, bytes: &[u8]) -> io::Result<()> {
+        self.log.record(direction, bytes)?;
+        self.unflushed += 1;
+        if self.unflushed >= RECORDS_PER_FLUSH {
+            self.unflushed = 0;
+            self.log.flush()?;
+        }
+        Ok(())
+    }
+
+    fn progress(&mut self, recorder: &Recorder) {
+        self.progress.update(recorder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_name_makes_a_harmless_folder_name() {
+        assert_eq!(file_name("msl-beacon_2.1"), "msl-beacon_2.1");
+        assert_eq!(file_name("../my entry"), "..-my-entry");
+    }
+}
