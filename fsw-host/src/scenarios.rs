@@ -22,14 +22,21 @@ pub fn run(command: &ScenarioCommand) -> Result<bool, HostError> {
     Ok(true)
 }
 
-/// One line per built-in scenario: its name and the first comment line of its file.
+/// One line per built-in scenario: its name and the first sentence of its file.
 fn list() -> String {
     let line = |name: &str| {
-        let text = Scenario::builtin_text(name).unwrap_or_default();
-        let about = text.lines().find_map(|l| l.strip_prefix("# ")).unwrap_or_default();
+        let about = first_sentence(Scenario::builtin_text(name).unwrap_or_default());
         format!("{name:<14} {about}\n")
     };
     Scenario::builtin_names().into_iter().map(line).collect()
+}
+
+/// The first sentence of the comment at the head of a file: up to a full stop, a colon or a semicolon before a space.
+fn first_sentence(text: &str) -> String {
+    let lines: Vec<_> = text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim).collect();
+    let comment = lines.join(" ");
+    let end = [". ", ": ", "; "].iter().filter_map(|mark| comment.find(mark)).filter(|at| *at > 20).min();
+    comment[..end.unwrap_or(comment.len())].trim_end_matches('.').to_owned()
 }
 
 #[cfg(test)]

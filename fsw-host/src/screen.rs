@@ -127,8 +127,13 @@ fn timeline(out: &mut String, s: &Summary) {
 fn against(value: f64, low: f64, high: f64, digits: usize, unit: &str) -> String {
     let colour = if (low..=high).contains(&value) { Style::new().green() } else { Style::new().red().bold() };
     let value = colour.apply_to(format!("{value:>9.digits$}"));
-    let unit = format!("{unit:<3}");
-    format!("{value} {unit} {}", style(format!("[{low} … {high}]")).dim())
+    let unit = format!("{unit:<5}");
+    format!("{value} {unit} {}", style(format!("[{} … {}]", short(low), short(high))).dim())
+}
+
+/// A limit without the digits that conversions leave behind.
+fn short(limit: f64) -> f64 {
+    (limit * 1e6).round() / 1e6
 }
 
 fn deployment(out: &mut String, record: &FlightRecord) {
@@ -152,7 +157,7 @@ fn peaks(out: &mut String, record: &FlightRecord) {
     let (p, limits) = (&record.summary.peak, &record.facts.constraints);
     rule(out, "peaks");
     let line = |name: &str, value: f64, limit: f64, unit: &str, digits: usize| {
-        format!("  {name:<17} {} ", against(value, 0.0, limit, digits, unit))
+        format!("  {name:<17} {}", against(value, 0.0, limit, digits, unit))
     };
     let _ = writeln!(out, "{}", line("sensed load", p.load_g, limits.load_mps2 / STANDARD_GRAVITY_MPS2, "g", 2));
     let _ = writeln!(out, "{}", line("heat flux", p.heat_flux_wpm2 * 1e-3, limits.heat_flux_wpm2 * 1e-3, "kW/m²", 1));
