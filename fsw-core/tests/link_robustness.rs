@@ -102,10 +102,13 @@ impl Line {
 
 #[test]
 fn a_million_damaged_frames_never_panic_never_pass_and_are_all_counted() {
-    let mut random = Seeded(2026);
+    // `cargo xtask fuzz` asks for more frames and other seeds.
+    let asked = |name: &str, default: u64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
+    let frames = asked("AEROSHELL_FUZZ_FRAMES", u64::from(MUTATED_FRAMES));
+    let mut random = Seeded(asked("AEROSHELL_FUZZ_SEED", 2026));
     let (mut line, mut sender, mut out) = (Line::default(), Sender::new(), [0u8; MAX_FRAME]);
     let mut older: Vec<u8> = Vec::new();
-    for _ in 0..MUTATED_FRAMES {
+    for _ in 0..frames {
         line.received.clear();
         if random.below(4) == 0 {
             // A frame that was used before: doubled or out of order.

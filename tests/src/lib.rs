@@ -35,8 +35,40 @@ pub fn rust_sources(folder: &str) -> Vec<(String, String)> {
     found
 }
 
-/// The text of a source before its test module.
+/// The shipped sources below a folder: without test modules, whether they stand in the same file or in one of their own.
 #[must_use]
-pub fn before_tests(text: &str) -> &str {
-    text.split("#[cfg(test)]\nmod ").next().unwrap_or(text)
+pub fn shipped_sources(folder: &str) -> Vec<(String, String)> {
+    let all = rust_sources(folder);
+    let test_only: Vec<String> = all.iter().flat_map(|(path, text)| test_modules(path, text)).collect();
+    all.into_iter()
+        .filter(|(path, _)| !test_only.contains(path))
+        .map(|(path, text)| (path, without_test_modules(&text)))
+        .collect()
+}
+
+/// Files that a source declares as modules of its tests.
+fn test_modules(path: &str, text: &str) -> Vec<String> {
+    let (folder, file) = path.rsplit_once('/').unwrap_or(("", path));
+    let stem = file.trim_end_matches(".rs");
+    let inside = if matches!(stem, "mod" | "lib" | "main") { folder.to_owned() } else { format!("{folder}/{stem}") };
+    let mut found = Vec::new();
+    for after in text.split("#[cfg(test)]\n").skip(1) {
+        let mut lines = after.lines();
+        let first = lines.next().unwrap_or("");
+        if let Some(name) = first.strip_prefix("#[path = \"") {
+            found.push(format!("{folder}/{}", name.trim_end_matches("\"]")));
+        } else if let Some(name) = first.strip_prefix("mod ").and_then(|rest| rest.strip_suffix(';')) {
+            found.push(format!("{inside}/{name}.rs"));
+            found.push(format!("{inside}/{name}/mod.rs"));
+        }
+    }
+    found
+}
+
+fn without_test_modules(text: &str) -> String {
+    let mut shipped = text;
+    for marker in ["\n#[cfg(test)]\nmod ", "\n#[cfg(test)]\n#[path"] {
+        shipped = shipped.split(marker).next().unwrap_or(shipped);
+    }
+    shipped.to_owned()
 }

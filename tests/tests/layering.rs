@@ -1,6 +1,6 @@
 //! The house stands in layers: who may name whom, and what the flight core must never name.
 
-use system_tests::{before_tests, rust_sources};
+use system_tests::shipped_sources;
 
 /// Modules of the core, ground floor first; each may import from itself and from those above it here.
 const CORE_LAYERS: [&str; 13] = [
@@ -36,7 +36,7 @@ fn code_lines(text: &str) -> String {
 #[test]
 fn a_module_of_the_core_imports_only_from_the_floors_below_it() {
     let mut wrong = Vec::new();
-    for (path, text) in rust_sources("fsw-core/src") {
+    for (path, text) in shipped_sources("fsw-core/src") {
         let inside = path.trim_start_matches("fsw-core/src/");
         let module = inside.split(['/', '.']).next().expect("a file name");
         if module == TOP || module == "lib" {
@@ -44,7 +44,7 @@ fn a_module_of_the_core_imports_only_from_the_floors_below_it() {
         }
         let floor = CORE_LAYERS.iter().position(|m| *m == module);
         let floor = floor.unwrap_or_else(|| panic!("{path}: module {module} has no floor"));
-        for name in named_modules(&code_lines(before_tests(&text)), "crate::") {
+        for name in named_modules(&code_lines(&text), "crate::") {
             let other = CORE_LAYERS.iter().position(|m| *m == name);
             if other.is_none_or(|other| other > floor) {
                 wrong.push(format!("{path} names crate::{name}"));
@@ -57,8 +57,8 @@ fn a_module_of_the_core_imports_only_from_the_floors_below_it() {
 #[test]
 fn the_truth_simulator_never_names_the_flight_equations() {
     let mut wrong = Vec::new();
-    for (path, text) in rust_sources("hil-sim/src") {
-        for name in named_modules(&code_lines(before_tests(&text)), "fsw_core::") {
+    for (path, text) in shipped_sources("hil-sim/src") {
+        for name in named_modules(&code_lines(&text), "fsw_core::") {
             if !SHARED_WITH_TRUTH.contains(&name) {
                 wrong.push(format!("{path} names fsw_core::{name}"));
             }
@@ -77,8 +77,8 @@ fn the_core_depends_on_nothing_of_ours_but_the_square_root() {
 
 #[test]
 fn the_core_names_neither_std_nor_alloc_nor_a_clock() {
-    for (path, text) in rust_sources("fsw-core/src") {
-        let code = code_lines(before_tests(&text)).replace("#[cfg(test)]\nextern crate std;", "");
+    for (path, text) in shipped_sources("fsw-core/src") {
+        let code = code_lines(&text).replace("#[cfg(test)]\nextern crate std;", "");
         for word in ["std::", "extern crate", "alloc::", "Instant", "SystemTime", "unsafe ", "static mut"] {
             assert!(!code.contains(word), "{path} contains `{word}`");
         }
@@ -88,11 +88,11 @@ fn the_core_names_neither_std_nor_alloc_nor_a_clock() {
 #[test]
 fn transcendental_functions_and_comparisons_go_through_one_module_each() {
     // Methods such as f64::sin do not exist without std: the bare-metal build proves that part.
-    for (path, text) in rust_sources("fsw-core/src") {
+    for (path, text) in shipped_sources("fsw-core/src") {
         if path.starts_with("fsw-core/src/math/") {
             continue;
         }
-        let code = code_lines(before_tests(&text));
+        let code = code_lines(&text);
         assert!(!code.contains("libm::"), "{path} calls libm past math::fun");
         for function in ["f64::max", "f64::min", "f64::clamp", ".mul_add("] {
             assert!(!code.contains(function), "{path} contains `{function}`");

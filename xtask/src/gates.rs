@@ -90,7 +90,7 @@ fn default_flight(shell: &Shell) -> Result<()> {
 pub fn fuzz(shell: &Shell, frames: u64, seed: u64) -> Result<()> {
     let _frames = shell.push_env("AEROSHELL_FUZZ_FRAMES", frames.to_string());
     let _seed = shell.push_env("AEROSHELL_FUZZ_SEED", seed.to_string());
-    Ok(cmd!(shell, "cargo test --release --package fsw-core --test link_fuzz -- --nocapture").run()?)
+    Ok(cmd!(shell, "cargo test --release --package fsw-core --test link_robustness -- --nocapture").run()?)
 }
 
 /// Rewrites the golden files; the diff goes into the commit that explains why results changed.

@@ -27,6 +27,7 @@ pub struct FlightComputer {
     inputs: FrameInputs,
     cost: MeasuredCost,
     build_id: u64,
+    peer_refused: bool,
 }
 
 impl FlightComputer {
@@ -40,6 +41,7 @@ impl FlightComputer {
             inputs: FrameInputs::new(),
             cost: MeasuredCost::default(),
             build_id,
+            peer_refused: false,
         }
     }
 
@@ -70,6 +72,10 @@ impl FlightComputer {
 
     fn handle(&mut self, frame: Frame<Uplink>, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         let Frame { sequence, time, packet } = frame;
+        if self.peer_refused && !matches!(packet, Uplink::Hello(_)) {
+            self.executive.rejects.decode = self.executive.rejects.decode.saturating_add(1);
+            return;
+        }
         match packet {
             Uplink::Hello(hello) => self.greet(&hello, transmit),
             Uplink::Command(command) => {
@@ -87,9 +93,10 @@ impl FlightComputer {
         }
     }
 
-    /// The answer to a Hello is ours, whatever theirs says: the peer decides with it whether to go on. A peer that
-    /// does not match cannot command us by accident, its packets do not decode.
-    fn greet(&mut self, _theirs: &Hello, transmit: &mut impl FnMut(&[u8])) {
+    /// The answer to a Hello is ours, whatever theirs says, so that the peer can tell its user what differs. Nothing
+    /// else of a peer that does not match is listened to: bytes that happen to decode would mean something else to it.
+    fn greet(&mut self, theirs: &Hello, transmit: &mut impl FnMut(&[u8])) {
+        self.peer_refused = theirs.check().is_err();
         let ours = Hello::ours(self.build_id);
         self.send(MissionTime::ZERO, Downlink::Hello(ours), transmit);
     }
@@ -203,3 +210,7 @@ impl FlightComputer {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "computer_tests.rs"]
+mod tests;

@@ -3,7 +3,7 @@
 //! The paper's predictor flies the nominal air. Where navigation knows the density better than that, the predicted
 //! density is scaled by the same ratio all the way down. Measured in closed loop over 100 dispersed flights on a turning
 //! planet, with the true ratio at the present altitude: median miss 1155 → 388 m, worst 5630 → 2583 m, deploys below
-//! 5 km 20 → 2 %. Navigation mode `ideal` reports a ratio of one, so there the paper's design flies as printed.
+//! 5 km 20 → 2 %. Navigation mode `ideal` knows nothing of the air, so there the paper's design flies as printed.
 
 use crate::math::fun::exp;
 use crate::math::num::clamp;

@@ -36,7 +36,7 @@ pub struct Estimate {
     pub bank_rate_radps: f64,
     /// Natural logarithm of density over that of the onboard model.
     pub log_density: f64,
-    /// Its standard deviation; zero in mode `ideal`.
+    /// Its standard deviation; that of the parameters where nothing measures it.
     pub log_density_sigma: f64,
     /// True when the estimate may be steered by.
     pub valid: bool,

@@ -7,7 +7,6 @@ use super::strapdown::{Increments, Nominal, StepRecord, Strapdown};
 use crate::frames::{Rot, Vec3};
 use crate::link::packet::{MAX_SOURCES, NavTlm, Truth};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters, RadioSource};
-use crate::math::fun::ln;
 use crate::model::OnboardModel;
 use crate::model::orbiter::SourceState;
 use crate::sensors::Batch;
@@ -204,13 +203,13 @@ impl Navigator {
         self.estimate.set_bank(&(increments.delta_theta_b * per_s), &record.acceleration_i, planet);
     }
 
-    /// Mode `ideal`: what the truth packet says beyond position, velocity and attitude.
+    /// Mode `ideal`: what the truth packet says beyond position, velocity and attitude. Perfect navigation is not perfect
+    /// knowledge of the air: the density stays as unknown as before the flight, so that guidance is judged on its own.
     fn publish_truth(&mut self, truth: &Truth, context: &NavContext<'_>) {
         self.estimate.bank_rad = truth.bank_rad;
         self.estimate.bank_rate_radps = truth.bank_rate_radps;
-        let ratio = truth.density_kgpm3 / context.model.atmosphere.density(self.estimate.altitude_m);
-        self.estimate.log_density = if ratio > 0.0 && ratio.is_finite() { ln(ratio) } else { 0.0 };
-        self.estimate.log_density_sigma = 0.0;
+        self.estimate.log_density = 0.0;
+        self.estimate.log_density_sigma = context.parameters.log_density_sigma;
     }
 
     fn usable(&self) -> bool {
@@ -293,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn ideal_navigation_is_the_truth_packet() {
+    fn ideal_navigation_is_the_truth_packet_and_knows_nothing_of_the_air() {
         let model = model();
         let mut navigator = started(&model, NavigationMode::Ideal);
         let truth = Truth {
@@ -310,7 +309,7 @@ mod tests {
         let e = navigator.step(now, &batch, &context(&model, NavigationMode::Ideal));
         assert!(e.valid && e.r_i.to_array() == truth.position_m && e.v_i.to_array() == truth.velocity_mps);
         assert_eq!((e.bank_rad, e.bank_rate_radps), (0.7, -0.1));
-        assert!((e.log_density - 1.1f64.ln()).abs() < 1e-9 && e.log_density_sigma == 0.0);
+        assert_eq!((e.log_density, e.log_density_sigma), (0.0, Config::DEFAULT.navigation.log_density_sigma));
         let packet = navigator.telemetry();
         assert!(packet.covariance.iter().all(|c| *c == 0.0) && packet.attitude_sigma_rad == [0.0; 3]);
     }
