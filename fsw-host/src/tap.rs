@@ -42,18 +42,29 @@ impl<P: DeserializeOwned> Default for Tap<P> {
 impl<P: DeserializeOwned> Tap<P> {
     /// Takes bytes as they arrive; calls `each` with every complete piece (its delimiter included) and what it is.
     /// Bytes behind the last delimiter wait for the next call.
-    pub fn feed(&mut self, bytes: &[u8], mut each: impl FnMut(&[u8], Heard<P>)) {
+    pub fn feed(&mut self, mut bytes: &[u8], mut each: impl FnMut(&[u8], Heard<P>)) {
+        while !bytes.is_empty() {
+            let room = LONGEST_PIECE - self.piece.len();
+            let reach = &bytes[..room.min(bytes.len())];
+            let ends = reach.iter().position(|byte| *byte == DELIMITER);
+            let (now, later) = bytes.split_at(ends.map_or(reach.len(), |at| at + 1));
+            bytes = later;
+            self.piece.extend_from_slice(now);
+            self.decode(now);
+            if ends.is_some() || self.piece.len() >= LONGEST_PIECE {
+                each(&self.piece, std::mem::replace(&mut self.heard, Heard::Nothing));
+                self.piece.clear();
+            }
+        }
+    }
+
+    fn decode(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            self.piece.push(byte);
             if let Some(result) = self.decoder.push(byte) {
                 self.heard = match result.and_then(decode::<Frame<P>>) {
                     Ok(frame) => Heard::Packet(frame),
                     Err(reject) => Heard::Damaged(reject),
                 };
-            }
-            if byte == DELIMITER || self.piece.len() >= LONGEST_PIECE {
-                each(&self.piece, std::mem::replace(&mut self.heard, Heard::Nothing));
-                self.piece.clear();
             }
         }
     }
