@@ -6,7 +6,7 @@
 //! * [`math`] elementary functions, comparisons, dual numbers, integrators, square-root tools, tables.
 //! * [`frames`] typed vectors, rotations, spherical states. * [`model`] the onboard model of planet, air and vehicle.
 //! * [`link`] packets and framing. * [`sensors`] validation and compensation. * [`nav`] strapdown and filter.
-//! * [`guidance`] predictor-corrector, lateral logic, heading alignment, parachute trigger. * [`control`] bank steering.
+//! * [`control`] bank steering. * [`guidance`] predictor-corrector, lateral logic, heading alignment, parachute trigger.
 //! * [`fault`] monitors and event log. * [`config`] the parameter tree.
 //! * [`executive`] schedule, modes, `tick` and the byte-stream shell around it.
 //!

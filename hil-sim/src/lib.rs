@@ -12,6 +12,7 @@
 
 pub mod actuator;
 pub mod aero;
+pub mod angle;
 pub mod atmosphere;
 pub mod attitude;
 pub mod case;

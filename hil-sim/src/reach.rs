@@ -7,9 +7,9 @@
 use core::f64::consts::PI;
 
 use fsw_core::frames::{great_circle_rad, initial_azimuth_rad, surface_point};
-use fsw_core::math::num::wrap_angle;
 use fsw_core::units::{deg, rad};
 
+use crate::angle::wrap_rad;
 use crate::case::Case;
 use crate::propagate::{Until, propagate};
 use crate::scenario::{Scenario, ScenarioError};
@@ -34,7 +34,7 @@ impl Scenario {
         let distance_km = planet.radius_m * great_circle_rad(&from, &to) * 1e-3;
         let refuse = |why: String| Err(ScenarioError { message: format!("target: out of reach: {why}") });
 
-        let off_deg = deg(wrap_angle(initial_azimuth_rad(&from, &to) - start.heading_rad)).abs();
+        let off_deg = deg(wrap_rad(initial_azimuth_rad(&from, &to) - start.heading_rad)).abs();
         if off_deg > MAX_OFF_HEADING_DEG {
             return refuse(format!(
                 "it lies {off_deg:.0} degrees off the entry heading, where at most {MAX_OFF_HEADING_DEG} can be flown"

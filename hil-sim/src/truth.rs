@@ -5,6 +5,7 @@ use fsw_core::link::packet;
 use fsw_core::time::{FRAME, MissionTime};
 
 use crate::actuator::{Bank, BankMotion};
+use crate::angle::wrap_rad;
 use crate::attitude::{FlowAxes, force_b};
 use crate::case::Case;
 use crate::dynamics::{Flow, Motion};
@@ -200,7 +201,7 @@ impl Truth {
             position_m: self.motion.r_i.to_array(),
             velocity_mps: self.motion.v_i.to_array(),
             attitude: self.attitude_bi.quaternion(),
-            bank_rad: fsw_core::math::num::wrap_angle(self.bank.angle_rad),
+            bank_rad: wrap_rad(self.bank.angle_rad),
             bank_rate_radps: self.bank.rate_radps,
             density_kgpm3: self.flow.density_kgpm3,
             mach: self.case.world.mach(&self.flow),

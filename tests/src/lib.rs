@@ -66,9 +66,13 @@ fn test_modules(path: &str, text: &str) -> Vec<String> {
 }
 
 fn without_test_modules(text: &str) -> String {
-    let mut shipped = text;
-    for marker in ["\n#[cfg(test)]\nmod ", "\n#[cfg(test)]\n#[path"] {
-        shipped = shipped.split(marker).next().unwrap_or(shipped);
-    }
-    shipped.to_owned()
+    let is_test_module = |at: usize| {
+        let rest = &text[at..];
+        rest.lines()
+            .skip(2)
+            .find(|line| !line.starts_with("#["))
+            .is_some_and(|line| line.contains("mod ") && !line.contains("use "))
+    };
+    let end = text.match_indices("\n#[cfg(test)]\n").map(|(at, _)| at).find(|at| is_test_module(*at));
+    text[..end.unwrap_or(text.len())].to_owned()
 }

@@ -33,7 +33,7 @@ fn fly(scenario: &Scenario, seed: u64) -> Flight {
     Flight {
         position_error_m: norm(last.position_error_m),
         velocity_error_mps: norm(last.velocity_error_mps),
-        nees: record.nees.iter().map(|n| n.nees).collect(),
+        nees: record.nees.iter().filter_map(|n| n.nees).collect(),
         most_predictions: record.guidance.iter().map(|(_, g)| g.predictions).max().unwrap_or(0),
         most_evaluations: record.guidance.iter().map(|(_, g)| g.evaluations).max().unwrap_or(0),
         most_rate_radps: largest(&mut record.truth.iter().map(|t| t.packet.bank_rate_radps.abs())),
