@@ -150,7 +150,9 @@ fn cells(s: &Sample) -> [f64; COLUMNS.len()] {
 }
 
 impl Outcome {
-    fn of(flight: &Flight) -> Self {
+    /// What the end of a flight says.
+    #[must_use]
+    pub fn of(flight: &Flight) -> Self {
         let (end, peaks) = (&flight.end, &flight.peaks);
         Self {
             reached: flight.reached,
