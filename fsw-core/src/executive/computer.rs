@@ -6,8 +6,8 @@ use super::tick::{Executive, Outputs};
 use crate::fault::PENDING_EVENTS;
 use crate::link::framing::MAX_FRAME;
 use crate::link::packet::{
-    Command, CommandOutcome, CommandReply, Downlink, EventKind, Frame, Hello, Imu, Injection, Mode, Refusal, Severity,
-    Uplink,
+    Actuator, Command, CommandOutcome, CommandReply, Downlink, EventKind, Frame, Hello, Imu, Injection, Mode, Refusal,
+    Severity, Uplink,
 };
 use crate::link::parameters::BlockId;
 use crate::link::receiver::{Receiver, Sender};
@@ -28,6 +28,7 @@ pub struct FlightComputer {
     cost: MeasuredCost,
     build_id: u64,
     peer_refused: bool,
+    actuator: Option<Actuator>,
 }
 
 impl FlightComputer {
@@ -42,6 +43,7 @@ impl FlightComputer {
             cost: MeasuredCost::default(),
             build_id,
             peer_refused: false,
+            actuator: None,
         }
     }
 
@@ -49,6 +51,12 @@ impl FlightComputer {
     #[must_use]
     pub const fn executive(&self) -> &Executive {
         &self.executive
+    }
+
+    /// What the last minor frame commanded; none before the first. The same as its last packet, for the discretes.
+    #[must_use]
+    pub const fn actuator(&self) -> Option<&Actuator> {
+        self.actuator.as_ref()
     }
 
     /// Enters what the frame before cost; recorded with the next frame.
@@ -193,6 +201,7 @@ impl FlightComputer {
         }
         self.send_events(transmit);
         self.send(now, Downlink::Actuator(actuator), transmit);
+        self.actuator = Some(actuator);
     }
 
     fn send_events(&mut self, transmit: &mut impl FnMut(&[u8])) {

@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::config::Config;
-use crate::link::packet::{Actuator, Imu, Injection, RejectCounters};
+use crate::link::packet::RejectCounters;
 use crate::link::parameters::ParameterBlock;
 
 /// A ground that numbers its packets and keeps what comes back.
