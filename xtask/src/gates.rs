@@ -71,7 +71,7 @@ fn bare_metal(shell: &Shell) -> Result<()> {
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {
-    Ok(cmd!(shell, "cargo check --quiet --package fsw-core --features defmt").quiet().run()?)
+    Ok(cmd!(shell, "cargo check --quiet --release --package fsw-core --features defmt").quiet().run()?)
 }
 
 fn documentation(shell: &Shell) -> Result<()> {
