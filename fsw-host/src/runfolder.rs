@@ -10,8 +10,8 @@ use crate::record::FlightRecord;
 use crate::{report, telemetry};
 
 /// Files of a run folder; `--force` removes these and nothing else.
-pub const FILES: [&str; 6] =
-    ["summary.json", "telemetry.parquet", "telemetry.csv", "link.bin", "scenario.toml", "report.html"];
+pub const FILES: [&str; 7] =
+    ["summary.json", "telemetry.parquet", "telemetry.csv", "link.bin", "scenario.toml", "report.html", "overview.svg"];
 
 /// An empty folder for one run.
 #[derive(Debug)]
@@ -104,8 +104,18 @@ impl RunFolder {
             serde_json::to_writer_pretty(&mut *out, &record.summary)?;
             writeln!(out)
         })?;
-        let (path, temporary) = (self.path.join("report.html"), self.path.join("report.html.part"));
-        report::write(record, &temporary)?;
+        self.drawn("report.html", |path| report::write(record, path))?;
+        self.drawn("overview.svg", |path| report::write_overview(record, path))
+    }
+
+    /// The same as [`RunFolder::whole`] for what the report draws.
+    fn drawn(
+        &self,
+        name: &str,
+        write: impl FnOnce(&Path) -> Result<(), report::ReportError>,
+    ) -> Result<(), HostError> {
+        let (path, temporary) = (self.path.join(name), self.path.join(format!("{name}.part")));
+        write(&temporary)?;
         fs::rename(&temporary, &path).map_err(HostError::file("write", &path))
     }
 
