@@ -17,6 +17,10 @@ use crate::time::MissionTime;
 /// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
 /// packets that follow, so that the cost of a packet stays bounded.
 pub const MAX_BRIDGED_FRAMES: u32 = 50;
+/// Minor frames that may be missing before an inertial measurement without more ado. A larger jump of its time stamp
+/// counts as early until the next measurement follows on it: one wrong time stamp must not run the flight ahead of
+/// the vehicle, because the frames of the time jumped over would all come late.
+pub const MAX_UNCONFIRMED_GAP: u32 = 5;
 
 /// The flight software as seen from its link.
 #[derive(Clone, Debug)]
@@ -29,6 +33,8 @@ pub struct FlightComputer {
     build_id: u64,
     peer_refused: bool,
     actuator: Option<Actuator>,
+    /// Minor frame of the last inertial measurement, if it lay too far ahead to be run.
+    jumped_to: Option<u32>,
 }
 
 impl FlightComputer {
@@ -44,6 +50,7 @@ impl FlightComputer {
             build_id,
             peer_refused: false,
             actuator: None,
+            jumped_to: None,
         }
     }
 
@@ -103,8 +110,11 @@ impl FlightComputer {
 
     /// The answer to a Hello is ours, whatever theirs says, so that the peer can tell its user what differs. Nothing
     /// else of a peer that does not match is listened to: bytes that happen to decode would mean something else to it.
+    /// In flight a greeting changes nothing: a stray one must not cut the vehicle off from its sensors.
     fn greet(&mut self, theirs: &Hello, transmit: &mut impl FnMut(&[u8])) {
-        self.peer_refused = theirs.check().is_err();
+        if self.executive.mode() == Mode::Standby {
+            self.peer_refused = theirs.check().is_err();
+        }
         let ours = Hello::ours(self.build_id);
         self.send(MissionTime::ZERO, Downlink::Hello(ours), transmit);
     }
@@ -166,6 +176,12 @@ impl FlightComputer {
             return;
         }
         let missing = wanted - present - 1;
+        if missing > MAX_UNCONFIRMED_GAP && !self.jump_is_confirmed(wanted) {
+            let rejects = &mut self.executive.rejects;
+            rejects.early = rejects.early.saturating_add(1);
+            return;
+        }
+        let rejects = &mut self.executive.rejects;
         let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
         rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
         for index in 1..=bridged {
@@ -176,9 +192,16 @@ impl FlightComputer {
             rejects.early = rejects.early.saturating_add(1);
             return;
         }
+        self.jumped_to = None;
         let mut inputs = core::mem::take(&mut self.inputs);
         inputs.imu = Some((time, imu));
         self.run_frame(time, &inputs, probe, transmit);
+    }
+
+    /// Whether this measurement, far ahead, follows on the one before, which was far ahead too.
+    fn jump_is_confirmed(&mut self, wanted: u32) -> bool {
+        let before = self.jumped_to.replace(wanted);
+        before.and_then(|before| wanted.checked_sub(before)).is_some_and(|step| step > 0 && step <= MAX_UNCONFIRMED_GAP)
     }
 
     fn run_frame(

@@ -141,9 +141,10 @@ fn missing_frames_are_run_without_a_measurement_and_counted() {
 fn a_jump_in_time_is_worked_off_in_bounded_pieces_and_the_flight_goes_on() {
     let mut ground = Ground::flying();
     ground.imu(1);
-    let first = ground.imu(1 + 3 * MAX_BRIDGED_FRAMES);
-    assert_eq!(first.len() as u32, MAX_BRIDGED_FRAMES);
     let mut frame = 1 + 3 * MAX_BRIDGED_FRAMES;
+    assert!(ground.imu(frame).is_empty(), "one time stamp is not believed");
+    frame += 1;
+    assert_eq!(ground.imu(frame).len() as u32, MAX_BRIDGED_FRAMES);
     while ground.computer.executive().frame() < frame {
         frame += 1;
         assert!(ground.imu(frame).len() as u32 <= MAX_BRIDGED_FRAMES + 1);
@@ -162,6 +163,29 @@ fn old_and_odd_time_stamps_close_no_frame() {
     assert!(ground.send(odd, Uplink::Imu(Imu::default())).is_empty());
     assert_eq!((ground.rejects().late, ground.rejects().range), (1, 1));
     assert_eq!(ground.imu(3).len(), 1);
+}
+
+#[test]
+fn one_wrong_time_stamp_runs_nothing_ahead_of_the_vehicle() {
+    let mut ground = Ground::flying();
+    let mut frame = 0;
+    for wrong in [MAX_UNCONFIRMED_GAP + 3, 40, 5_000, 200_000, 5_000] {
+        frame += 1;
+        assert_eq!(ground.imu(frame).len(), 1);
+        assert!(ground.imu(frame + wrong).is_empty());
+    }
+    assert_eq!(ground.imu(frame + 1).len(), 1);
+    let rejects = ground.rejects();
+    assert_eq!((rejects.early, rejects.missed_frames, rejects.late), (5, 0, 0));
+}
+
+#[test]
+fn a_stray_greeting_of_another_version_does_not_end_a_flight() {
+    let mut ground = Ground::flying();
+    assert_eq!(ground.imu(1).len(), 1);
+    let other = Hello { protocol_version: 999, ..Hello::ours(1) };
+    assert_eq!(ground.send(MissionTime::of_frame(1), Uplink::Hello(other)).len(), 1);
+    assert_eq!(ground.imu(2).len(), 1);
 }
 
 const FRAME_3_AND_A_HALF_US: u32 = 70_000;

@@ -4,7 +4,7 @@ use super::cost::{CostLedger, MeasuredCost, Probe};
 use super::modes::{self, Facts, Thresholds};
 use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, SlotId, due};
 use crate::config::Config;
-use crate::control;
+use crate::control::{self, BankDemand};
 use crate::fault::{EventLog, FrameReport, Monitor};
 use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, trigger};
 use crate::link::packet::{
@@ -12,7 +12,7 @@ use crate::link::packet::{
 };
 use crate::model::{ModelError, OnboardModel};
 use crate::nav::{Estimate, NavContext, Navigator};
-use crate::sensors::{self, FrameInputs};
+use crate::sensors::{self, FrameInputs, StuckMonitor};
 use crate::time::MissionTime;
 
 /// Everything the flight software remembers. Fixed size; copying it is a snapshot.
@@ -33,6 +33,9 @@ pub struct Executive {
     navigator: Navigator,
     guidance: Guidance,
     monitor: Monitor,
+    stuck: StuckMonitor,
+    /// Bank demand of the frame before, which acts over this one.
+    demand: BankDemand,
 }
 
 /// What one minor frame gives out; events are in the log's queue.
@@ -64,6 +67,8 @@ impl Executive {
             navigator: Navigator::new(),
             guidance: Guidance::new(),
             monitor: Monitor::new(),
+            stuck: StuckMonitor::new(),
+            demand: BankDemand::default(),
         }
     }
 
@@ -77,6 +82,12 @@ impl Executive {
     #[must_use]
     pub const fn frame(&self) -> u32 {
         self.frame
+    }
+
+    /// The last navigation estimate.
+    #[must_use]
+    pub fn estimate(&self) -> &Estimate {
+        self.navigator.estimate()
     }
 
     /// True once the parameters are frozen.
@@ -98,7 +109,7 @@ impl Executive {
         let Self { model: Some(model), config, navigator, mode: Mode::Standby, go: false, .. } = self else {
             return false;
         };
-        navigator.start(&config.initial_knowledge, &nav_context(config, model));
+        navigator.start(&config.initial_knowledge, &nav_context(config, model, &BankDemand::default()));
         self.go = true;
         self.change_mode(MissionTime::ZERO, &Estimate::default(), true, false);
         true
@@ -116,10 +127,11 @@ impl Executive {
         self.cost.enter(now, self.frame, cost, &mut self.log);
         let Some(model) = &self.model else { return Outputs::default() };
 
-        let batch = sensors::accept(now, inputs, &mut self.rejects);
+        let mut batch = sensors::accept(now, inputs, &mut self.rejects);
+        self.stuck.step(&mut batch, &self.config.navigation, &mut self.rejects);
         probe.slot_done(SlotId::Sensors);
 
-        let estimate = self.navigator.step(now, &batch, &nav_context(&self.config, model));
+        let estimate = self.navigator.step(now, &batch, &nav_context(&self.config, model, &self.demand));
         probe.slot_done(SlotId::Navigation);
 
         let context = guidance_context(&self.config, model);
@@ -128,6 +140,7 @@ impl Executive {
         probe.slot_done(SlotId::Guidance);
 
         let demand = control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
+        self.demand = demand;
         let cause = self.parachute(&estimate, &context);
         probe.slot_done(SlotId::Control);
 
@@ -184,7 +197,7 @@ impl Executive {
         trigger::evaluate(estimate, context)
     }
 
-    fn actuator(&self, demand: &control::BankDemand) -> Actuator {
+    fn actuator(&self, demand: &BankDemand) -> Actuator {
         let discretes = match self.mode {
             Mode::Deployed => Actuator::MORTAR_ARM | Actuator::MORTAR_FIRE,
             Mode::HeadingAlignment | Mode::DegradedHeadingAlignment => Actuator::MORTAR_ARM,
@@ -236,8 +249,14 @@ impl Default for Executive {
     }
 }
 
-fn nav_context<'a>(config: &'a Config, model: &'a OnboardModel) -> NavContext<'a> {
-    NavContext { model, parameters: &config.navigation, sources: &config.sources, mode: config.modes.navigation }
+fn nav_context<'a>(config: &'a Config, model: &'a OnboardModel, demand: &BankDemand) -> NavContext<'a> {
+    NavContext {
+        model,
+        parameters: &config.navigation,
+        sources: &config.sources,
+        mode: config.modes.navigation,
+        bank_accel_radps2: demand.accel_radps2,
+    }
 }
 
 fn guidance_context<'a>(config: &'a Config, model: &'a OnboardModel) -> GuidanceContext<'a> {

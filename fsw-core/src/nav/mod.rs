@@ -10,6 +10,8 @@ pub mod filter;
 mod navigator;
 pub mod strapdown;
 
-pub use bridge::{BridgeNoise, MAX_BRIDGED_FRAMES};
+pub use bridge::{BridgeNoise, MAX_BRIDGED_FRAMES, RECOVERY_FRAMES};
 pub use estimate::Estimate;
-pub use navigator::{MAX_POSITION_SIGMA_M, NavContext, NavCounters, Navigator};
+pub use navigator::{
+    MAX_ATTITUDE_SIGMA_RAD, MAX_POSITION_SIGMA_M, MAX_VELOCITY_SIGMA_MPS, NavContext, NavCounters, Navigator,
+};

@@ -1,6 +1,6 @@
 //! [`Navigator`]: one step per minor frame, in any navigation mode.
 
-use super::bridge::{Bridge, BridgeNoise};
+use super::bridge::{Bridge, BridgeNoise, Measured, Surroundings};
 use super::estimate::Estimate;
 use super::filter::{Filter, pressure, radio, transition::FrameStep};
 use super::strapdown::{Increments, Nominal, StepRecord, Strapdown};
@@ -23,6 +23,8 @@ pub struct NavContext<'a> {
     pub sources: &'a [RadioSource; MAX_SOURCES],
     /// Algorithm that flies.
     pub mode: NavigationMode,
+    /// Bank acceleration commanded over this frame, rad/s²: what the vehicle does while it is not measured.
+    pub bank_accel_radps2: f64,
 }
 
 /// Counters for fault protection; they only grow, except the run.
@@ -54,6 +56,10 @@ pub struct Navigator {
 
 /// Standard deviation of position, along any inertial axis, beyond which an estimate is not valid, m.
 pub const MAX_POSITION_SIGMA_M: f64 = 20_000.0;
+/// The same of the velocity, m/s: two degrees of direction at entry.
+pub const MAX_VELOCITY_SIGMA_MPS: f64 = 200.0;
+/// The same of the attitude, rad: beyond it nobody knows where the lift points.
+pub const MAX_ATTITUDE_SIGMA_RAD: f64 = crate::units::rad(10.0);
 
 impl Navigator {
     /// A navigator that knows nothing; its estimates are invalid until [`Navigator::start`].
@@ -89,7 +95,7 @@ impl Navigator {
             return self.estimate;
         }
         let before = self.nominal;
-        let (increments, bridged) = self.increments(batch);
+        let (increments, bridged) = self.increments(batch, context);
         let planet = &context.model.planet;
         let record = self.strapdown.advance(&mut self.nominal, &increments, FRAME.as_s(), planet);
         match (context.mode, batch.truth.as_ref()) {
@@ -184,14 +190,25 @@ impl Navigator {
     }
 
     /// Compensated increments of this frame, bridged when there are none.
-    fn increments(&mut self, batch: &Batch) -> (Increments, BridgeNoise) {
+    fn increments(&mut self, batch: &Batch, context: &NavContext<'_>) -> (Increments, BridgeNoise) {
         let learned = self.filter.learned();
-        let dt = FRAME.as_s();
-        let measured = batch.imu.as_ref().map(|imu| Increments {
-            delta_v_b: imu.delta_v_b - Vec3::from_array(learned.accelerometer_bias_mps2) * dt,
-            delta_theta_b: imu.delta_theta_b - Vec3::from_array(learned.gyro_bias_radps) * dt,
+        let dt_s = FRAME.as_s();
+        let measured = batch.imu.as_ref().map(|imu| Measured {
+            increments: Increments {
+                delta_v_b: imu.delta_v_b - Vec3::from_array(learned.accelerometer_bias_mps2) * dt_s,
+                delta_theta_b: imu.delta_theta_b - Vec3::from_array(learned.gyro_bias_radps) * dt_s,
+            },
+            accelerometer_saturated: imu.accelerometer_saturated,
+            gyro_saturated: imu.gyro_saturated,
         });
-        self.bridge.choose(measured, self.strapdown.last(), dt)
+        let around = Surroundings {
+            nominal: &self.nominal,
+            log_density: learned.log_density,
+            model: context.model,
+            bank_accel_radps2: context.bank_accel_radps2,
+            dt_s,
+        };
+        self.bridge.choose(measured, self.strapdown.last(), &around)
     }
 
     fn publish(&mut self, now: MissionTime, context: &NavContext<'_>, increments: &Increments, record: &StepRecord) {
@@ -213,8 +230,16 @@ impl Navigator {
     }
 
     fn usable(&self) -> bool {
-        let known = !self.filtering || self.filter.uncertainty().position_sigma_m <= MAX_POSITION_SIGMA_M;
-        known && !self.bridge.lost() && self.nominal.is_finite()
+        (!self.filtering || self.is_certain()) && !self.bridge.lost() && self.nominal.is_finite()
+    }
+
+    /// Written so that a standard deviation that is not a number is not certain.
+    fn is_certain(&self) -> bool {
+        let uncertainty = self.filter.uncertainty();
+        uncertainty.sound
+            && uncertainty.position_sigma_m <= MAX_POSITION_SIGMA_M
+            && uncertainty.velocity_sigma_mps <= MAX_VELOCITY_SIGMA_MPS
+            && uncertainty.attitude_sigma_rad.iter().all(|sigma| *sigma <= MAX_ATTITUDE_SIGMA_RAD)
     }
 }
 
@@ -232,7 +257,7 @@ mod tests {
     use crate::config::Config;
     use crate::frames::{Body, Inertial};
     use crate::link::packet::Verdict;
-    use crate::nav::MAX_BRIDGED_FRAMES;
+    use crate::nav::{MAX_BRIDGED_FRAMES, RECOVERY_FRAMES};
     use crate::sensors::{ImuIncrement, RadioMeasurement};
     use std::boxed::Box;
 
@@ -245,7 +270,7 @@ mod tests {
     }
 
     fn context(model: &OnboardModel, mode: NavigationMode) -> NavContext<'_> {
-        NavContext { model, parameters: &CONFIG.navigation, sources: &SOURCES, mode }
+        NavContext { model, parameters: &CONFIG.navigation, sources: &SOURCES, mode, bank_accel_radps2: 0.0 }
     }
 
     fn knowledge() -> InitialKnowledge {
@@ -264,7 +289,8 @@ mod tests {
             time: MissionTime::of_frame(frame),
             delta_v_b: Vec3::<Body>::new(-0.1, 0.0, 0.02),
             delta_theta_b: Vec3::new(1e-4, 0.0, 0.0),
-            saturated: false,
+            accelerometer_saturated: false,
+            gyro_saturated: false,
         };
         Batch { imu: Some(imu), ..Batch::default() }
     }
@@ -339,7 +365,8 @@ mod tests {
             let batch = if missing { Batch::default() } else { measured(frame) };
             let e = navigator.step(now, &batch, &context);
             let run = if missing { frame - 19 } else { 0 };
-            assert_eq!(e.valid, run <= u32::from(MAX_BRIDGED_FRAMES), "{frame}");
+            let lost = (20 + u32::from(MAX_BRIDGED_FRAMES)..19 + gap + u32::from(RECOVERY_FRAMES)).contains(&frame);
+            assert_eq!(e.valid, !lost, "{frame}");
             assert_eq!(u32::from(navigator.counters().bridged_run), run);
             spared.step(now, &measured(frame), &context);
         }

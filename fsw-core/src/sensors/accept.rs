@@ -3,7 +3,7 @@
 use super::FrameInputs;
 use super::limits::{
     MAX_AGE, MAX_DELTA_THETA_COUNTS, MAX_DELTA_V_COUNTS, MAX_LEAD, MAX_RANGE_M, MAX_RANGE_RATE_MPS, MAX_STAGNATION_PA,
-    MAX_TRUTH_COMPONENT, MIN_QUALITY, MIN_RANGE_M, MIN_STAGNATION_PA, TRUTH_QUATERNION_TOLERANCE,
+    MAX_TRUTH_COMPONENT, MAX_TRUTH_SCALARS, MIN_QUALITY, MIN_RANGE_M, MIN_STAGNATION_PA, TRUTH_QUATERNION_TOLERANCE,
 };
 use crate::frames::{Body, Vec3};
 use crate::link::packet::{
@@ -34,8 +34,10 @@ pub struct ImuIncrement {
     pub delta_v_b: Vec3<Body>,
     /// Relative rotation over the frame as a rotation vector, rad.
     pub delta_theta_b: Vec3<Body>,
-    /// An axis reached its limit within the frame: the true increment is larger.
-    pub saturated: bool,
+    /// An accelerometer axis reached its limit within the frame: the true increment is larger.
+    pub accelerometer_saturated: bool,
+    /// A gyro axis reached its limit within the frame: the true rotation is larger.
+    pub gyro_saturated: bool,
 }
 
 /// Stagnation pressure.
@@ -132,7 +134,8 @@ fn imu_increment(time: MissionTime, imu: &Imu) -> Result<ImuIncrement, Unfit> {
         time,
         delta_v_b: Vec3::from_array(imu.delta_v_counts.map(|c| f64::from(c) * DELTA_V_LSB_MPS)),
         delta_theta_b: Vec3::from_array(imu.delta_theta_counts.map(|c| f64::from(c) * DELTA_THETA_LSB_RAD)),
-        saturated: imu.status != 0,
+        accelerometer_saturated: imu.status & Imu::ACCELEROMETER_SATURATED != 0,
+        gyro_saturated: imu.status & Imu::GYRO_SATURATED != 0,
     })
 }
 
@@ -161,6 +164,7 @@ fn truth_state(time: MissionTime, truth: &Truth) -> Result<(MissionTime, Truth),
     let finite = all_finite(&scalars) && all_finite(&truth.attitude) && vectors.iter().all(|v| all_finite(v));
     require(finite, Unfit::NotFinite)?;
     require(vectors.as_flattened().iter().all(|c| abs(*c) <= MAX_TRUTH_COMPONENT), Unfit::Range)?;
+    require(scalars.iter().zip(MAX_TRUTH_SCALARS).all(|(s, max)| abs(*s) <= max), Unfit::Range)?;
     require(abs(w * w + x * x + y * y + z * z - 1.0) <= 2.0 * TRUTH_QUATERNION_TOLERANCE, Unfit::Range)?;
     Ok((time, *truth))
 }
@@ -195,7 +199,7 @@ mod tests {
         // Counts times the scale factor: -29800 · 1e-6 m/s and 7 · 1e-8 rad, to rounding.
         assert!((imu.delta_v_b.x() + 0.0298).abs() < 1e-15);
         assert!((imu.delta_theta_b.z() - 7e-8).abs() < 1e-20);
-        assert_eq!((imu.time, imu.saturated), (NOW, false));
+        assert_eq!((imu.time, imu.accelerometer_saturated, imu.gyro_saturated), (NOW, false, false));
         assert_eq!(batch.pressure.unwrap().stagnation_pa, 9_000.0);
         assert_eq!(batch.radio[1].unwrap().range_rate_mps, -3e3);
         assert!(batch.truth.is_some());
@@ -223,7 +227,8 @@ mod tests {
     #[test]
     fn saturated_increments_are_marked_and_failed_ones_left_out() {
         let (batch, counters) = after(|f| f.imu.as_mut().unwrap().1.status = Imu::GYRO_SATURATED);
-        assert!(batch.imu.unwrap().saturated);
+        let imu = batch.imu.unwrap();
+        assert!(imu.gyro_saturated && !imu.accelerometer_saturated);
         assert_eq!(counters.status, 0);
         for status in [Imu::FAILED, 0x80] {
             let (batch, counters) = after(|f| f.imu.as_mut().unwrap().1.status = status);
@@ -268,6 +273,7 @@ mod tests {
             |f| f.radio[1].as_mut().unwrap().1.source = 3,
             |f| f.truth.as_mut().unwrap().1.attitude = [0.0; 4],
             |f| f.truth.as_mut().unwrap().1.position_m = [1e300, 0.0, 0.0],
+            |f| f.truth.as_mut().unwrap().1.bank_rate_radps = -1e300,
         ] {
             let (_, counters) = after(edit);
             assert_eq!(counters, RejectCounters { range: 1, ..RejectCounters::default() });

@@ -38,5 +38,7 @@ pub const MAX_LEAD: Micros = Micros(FRAME.0 / 2);
 
 /// Largest component of a true position or velocity, SI, and deviation of its quaternion's norm from one.
 pub const MAX_TRUTH_COMPONENT: f64 = 1e9;
+/// Largest true bank (rad), bank rate (rad/s), density (kg/m³), Mach number and dynamic pressure (Pa), either sign.
+pub const MAX_TRUTH_SCALARS: [f64; 5] = [core::f64::consts::TAU, 100.0, 1e6, 1e6, 1e12];
 /// Largest deviation of the norm of the true attitude quaternion from one.
 pub const TRUTH_QUATERNION_TOLERANCE: f64 = 1e-6;

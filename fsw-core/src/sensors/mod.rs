@@ -5,6 +5,8 @@
 mod accept;
 mod inputs;
 pub mod limits;
+mod stuck;
 
 pub use accept::{Batch, ImuIncrement, PressureMeasurement, RadioMeasurement, accept};
 pub use inputs::FrameInputs;
+pub use stuck::{MAX_EQUAL_FRAMES, MAX_EQUAL_PRESSURES, StuckMonitor};

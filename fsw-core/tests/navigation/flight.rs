@@ -129,7 +129,8 @@ pub fn fly(case: &Case) -> Outcome {
         attitude_sigma_rad: rad(0.03),
     };
     let model = model();
-    let context = NavContext { model: &model, parameters: p, sources: &case.sources, mode: case.mode };
+    let context =
+        NavContext { model: &model, parameters: p, sources: &case.sources, mode: case.mode, bank_accel_radps2: 0.0 };
     let mut navigator = Navigator::new();
     navigator.start(&knowledge, &context);
     let mut source_states = case.sources.map(|s| SourceState::new(&s, &MARS));
@@ -170,7 +171,8 @@ pub fn fly(case: &Case) -> Outcome {
                 time: now,
                 delta_v_b: Vec3::from_array(delta_v),
                 delta_theta_b: Vec3::from_array(delta_theta),
-                saturated: false,
+                accelerometer_saturated: false,
+                gyro_saturated: false,
             });
         }
         if frame % 5 == 0 {

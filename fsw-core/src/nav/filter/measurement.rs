@@ -245,6 +245,7 @@ mod tests {
                 assert!((error[i] - state[i]).abs() <= 1e-9 * expected[(i, i)].sqrt(), "{k}: state {i}");
             });
         }
+        p.begin_check();
         assert!(!p.check());
     }
 

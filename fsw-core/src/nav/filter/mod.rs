@@ -7,8 +7,8 @@
 //! | frame of the window | work on the epoch that ended the window before |
 //! |---|---|
 //! | 1 | prediction, Φ on columns |
-//! | 2 | prediction, Φ on rows, process noise |
-//! | 3 | positive definiteness checked |
+//! | 2 | prediction, Φ on rows, process noise; first half of the Schur complement of the check |
+//! | 3 | its second half; positive definiteness checked |
 //! | 4, 5 | scalar updates, [`UPDATES_PER_FRAME`] at most in each |
 //!
 //! At the end of frame 5 the correction found for the old epoch is carried to the present by the transition of the window
@@ -35,7 +35,7 @@ use crate::frames::{Inertial, Rot, Vec3};
 use crate::link::packet::{COVARIANCE_ELEMENTS, Innovation, MAX_INNOVATIONS, Verdict};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
 use crate::math::fun::{exp, sqrt};
-use crate::math::num::abs;
+use crate::math::num::{abs, max};
 use crate::planet::Planet;
 
 /// Minor frames from epoch to epoch: the filter runs at 10 Hz.
@@ -65,6 +65,10 @@ pub struct Uncertainty {
     pub log_density_sigma: f64,
     /// Largest standard deviation of position along an axis, m.
     pub position_sigma_m: f64,
+    /// Largest standard deviation of velocity along an axis, m/s.
+    pub velocity_sigma_mps: f64,
+    /// False while a variance is negative or not a number, until the next check restores it.
+    pub sound: bool,
 }
 
 /// The filter and all its work space, used in place.
@@ -177,7 +181,10 @@ impl Filter {
         let Some((transition, noise)) = &self.epoch else { return };
         match self.frame {
             0 => self.covariance.predict_columns(transition),
-            1 => self.covariance.predict_rows(transition, noise),
+            1 => {
+                self.covariance.predict_rows(transition, noise);
+                self.covariance.begin_check();
+            }
             2 => {
                 if self.covariance.check() {
                     self.restored = self.restored.saturating_add(1);
@@ -220,8 +227,10 @@ impl Filter {
             *element = sigma(ATTITUDE + k);
         }
         self.uncertainty.log_density_sigma = sigma(LOG_DENSITY);
-        self.uncertainty.position_sigma_m =
-            (0..AXES).fold(0.0, |largest, k| crate::math::num::max(largest, sigma(POSITION + k)));
+        let largest = |block: usize| (0..AXES).fold(0.0, |largest, k| max(largest, sigma(block + k)));
+        self.uncertainty.position_sigma_m = largest(POSITION);
+        self.uncertainty.velocity_sigma_mps = largest(VELOCITY);
+        self.uncertainty.sound = (0..ESTIMATED).all(|i| p.at(i, i) >= 0.0);
     }
 
     /// What has been learned of sensors and air.

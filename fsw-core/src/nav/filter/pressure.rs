@@ -5,11 +5,14 @@ use crate::frames::{Inertial, Vec3};
 use crate::link::packet::MeasurementKind;
 use crate::link::parameters::NavigationParameters;
 use crate::math::fun::{exp, floor};
-use crate::math::num::clamp;
+use crate::math::num::{clamp, max};
 use crate::model::OnboardModel;
 use crate::nav::strapdown::Nominal;
 use crate::planet::{PITOT_COEFFICIENT, PITOT_MACH_STEP};
 use crate::time::MissionTime;
+
+/// Smallest white noise of a reading, Pa: no transducer is exact in a vacuum, and no variance may vanish.
+const RESOLUTION_PA: f64 = 0.01;
 
 /// Forms the observation of a stagnation pressure (Pa) against the nominal state and the estimated log-density.
 ///
@@ -40,7 +43,7 @@ pub fn observe(
 
     let vertical = predicted * model.atmosphere.log_density_slope_pm(altitude) / radius;
     let along = density * (coefficient + 0.5 * mach * slope);
-    let noise = parameters.pressure_noise * predicted;
+    let noise = max(parameters.pressure_noise * predicted, RESOLUTION_PA);
     Observation {
         time,
         kind: MeasurementKind::Pressure,
