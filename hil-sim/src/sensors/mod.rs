@@ -3,10 +3,12 @@
 //! Errors that stay the same over a flight are plain fields, drawn by [`crate::dispersion`] or set to zero; white noise
 //! comes from one stream per sensor.
 
+mod faults;
 mod imu;
 mod pressure;
 mod radio;
 
+pub use faults::SensorFaults;
 pub use imu::{ImuErrors, ImuSensor};
 pub use pressure::{PressureErrors, PressureSensor, stagnation_pressure_pa};
 pub use radio::{Blackout, RadioErrors, RadioSensor};

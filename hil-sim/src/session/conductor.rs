@@ -18,6 +18,7 @@ use super::refusal;
 use crate::case::Case;
 use crate::noise::Stream;
 use crate::scenario::{Fault, FaultKind, FaultTarget, Scenario};
+use crate::sensors::SensorFaults;
 use crate::truth::{FramePackets, Truth};
 
 /// Identity that the conductor gives in its greeting.
@@ -112,7 +113,7 @@ pub struct Plan {
     pub blocks: Vec<ParameterBlock>,
     /// Longest flight, s.
     pub time_limit_s: f64,
-    /// Faults; those of the uplink happen here.
+    /// Faults of the sensors and of the uplink; both happen here.
     pub faults: Vec<Fault>,
     /// Randomness of corrupted packets.
     pub noise: Stream,
@@ -141,6 +142,7 @@ impl Plan {
 pub struct Conductor<P = Truth> {
     plant: P,
     plan: Plan,
+    sensor_faults: SensorFaults,
     config: Box<Config>,
     sender: Sender,
     receiver: Receiver<Downlink>,
@@ -192,6 +194,7 @@ impl<P: Plant> Conductor<P> {
         config.validate().map_err(refused)?;
         let mut conductor = Self {
             plant,
+            sensor_faults: SensorFaults::new(&plan.faults),
             plan,
             config,
             sender: Sender::new(),
@@ -423,7 +426,9 @@ impl<P: Plant> Conductor<P> {
         self.frame += 1;
         self.go_on = false;
         self.send_truth();
-        let FramePackets { pressure, radio, imu } = self.plant.packets().clone();
+        let mut packets = self.plant.packets().clone();
+        self.sensor_faults.strike(self.now().as_s(), &mut packets);
+        let FramePackets { pressure, radio, imu } = packets;
         if let Some(pressure) = pressure {
             self.send_sensor(Uplink::Pressure(pressure));
         }
