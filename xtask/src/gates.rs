@@ -5,14 +5,14 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
-use crate::symbols;
+use crate::{flights, symbols};
 
 /// Bare-metal targets for which the core must build.
 const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "riscv64gc-unknown-none-elf"];
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 9] = [
+const GATES: [Gate; 10] = [
     ("format", format),
     ("lints", lints),
     ("core, debug build with overflow checks", core_debug),
@@ -22,6 +22,7 @@ const GATES: [Gate; 9] = [
     ("log formatting feature builds", log_feature),
     ("documentation without broken links", documentation),
     ("default flight from the command line", default_flight),
+    ("flights against a simulator in a process of its own", separate_process_flights),
 ];
 
 /// Runs the gates whose name contains `only`; the first failure ends the run.
@@ -84,6 +85,10 @@ fn default_flight(shell: &Shell) -> Result<()> {
     let out = folder.path().join("run");
     cmd!(shell, "cargo run --quiet --release -- fly --quiet --out {out}").quiet().run()?;
     Ok(cmd!(shell, "cargo run --quiet --release -- replay --quiet {out}").quiet().run()?)
+}
+
+fn separate_process_flights(shell: &Shell) -> Result<()> {
+    flights::separate_processes(shell)
 }
 
 /// Sends `frames` mutated frames through the decoder; the test itself is part of the core's tests with fewer frames.

@@ -26,11 +26,16 @@ fn is_forbidden(symbol: &str) -> bool {
 }
 
 fn library(shell: &Shell, target: &str) -> Result<PathBuf> {
+    Ok(target_directory(shell)?.join(target).join("release").join("libfsw_core.rlib"))
+}
+
+/// Where cargo builds.
+pub fn target_directory(shell: &Shell) -> Result<PathBuf> {
     let folder = cmd!(shell, "cargo metadata --no-deps --format-version 1").quiet().read()?;
     let marker = "\"target_directory\":\"";
     let start = folder.find(marker).context("cargo metadata names no target directory")? + marker.len();
     let end = folder[start..].find('"').context("cargo metadata is cut")? + start;
-    Ok(PathBuf::from(&folder[start..end]).join(target).join("release").join("libfsw_core.rlib"))
+    Ok(PathBuf::from(&folder[start..end]))
 }
 
 fn llvm_tool(shell: &Shell, tool: &str) -> Result<PathBuf> {
