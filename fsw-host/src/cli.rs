@@ -55,10 +55,10 @@ pub struct FlyArgs {
     #[command(flatten)]
     pub common: Common,
     /// Seed of the dispersions.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
     /// Index of the run under that seed.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub run: u64,
     /// Turns the dispersions and sensor errors off.
     #[arg(long)]
@@ -108,7 +108,7 @@ pub struct PropagateArgs {
     #[arg(long, value_name = "QUANTITY=VALUE", default_value = "altitude_km=10")]
     pub until: String,
     /// Spacing of the rows, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.1)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.1, allow_negative_numbers = true)]
     pub every: f64,
     /// CSV file; standard output when left out.
     #[arg(long, value_name = "FILE")]

@@ -24,6 +24,12 @@ pub enum HostError {
     /// A file that exists.
     #[error("output file {} exists: choose another with --out, or replace it with --force", .0.display())]
     FileExists(PathBuf),
+    /// A file where a folder is needed.
+    #[error("output folder {} is a file: choose another with --out", .0.display())]
+    NotAFolder(PathBuf),
+    /// A folder where a file is needed.
+    #[error("output file {} is a folder: choose another with --out", .0.display())]
+    NotAFile(PathBuf),
     /// A file or folder that cannot be used.
     #[error("cannot {action} {}: {source}", .path.display())]
     File {

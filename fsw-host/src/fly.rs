@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fsw_core::link::schema::SCHEMA_HASH;
-use hil_sim::scenario::Scenario;
+use hil_sim::scenario::{Scenario, ScenarioError};
 use hil_sim::session::{Conductor, RemoteTruth, TruthEnd};
 
 use crate::cli::{FlyArgs, TruthPlace};
@@ -66,6 +66,7 @@ fn recorder(scenario: &Scenario, id: FlightId) -> Recorder {
 /// Bad input, or files that cannot be written.
 pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
     let scenario = Scenario::resolve(&args.scenario, &sets(args))?;
+    scenario.check_reach().map_err(|e| ScenarioError { message: format!("{}: {e}", args.scenario) })?;
     let id = FlightId { seed: args.seed, run: args.run, nominal: args.nominal };
     // Both ends stand before the folder is made: bad input leaves nothing behind.
     let mut truth = truth_end(&args.truth, &scenario, id)?;
@@ -79,8 +80,11 @@ pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
     catch_interrupt()?;
     let pace = Pace { realtime: args.realtime, interrupt: &INTERRUPTED };
     let record = pump::fly(truth.as_mut(), &mut LocalComputer::default(), recorder(&scenario, id), &mut watch, pace);
-    watch.finish().map_err(HostError::file("write", folder.path().join("link.bin")))?;
-    folder.write_record(&record, args.csv)?;
+    // A log that could not be finished does not keep the rest from being written.
+    let log = watch.finish().map_err(HostError::file("write", folder.path().join("link.bin")));
+    let files = folder.write_record(&record, args.csv);
+    log?;
+    files?;
     say(args, &record, folder.path())?;
     Ok(record.summary.success)
 }

@@ -8,6 +8,8 @@ use std::io::{self, Read, Write};
 
 use thiserror::Error;
 
+use crate::tap::LONGEST_PIECE;
+
 /// First bytes of the file.
 pub const MAGIC: [u8; 8] = *b"AEROLINK";
 /// Version of the layout.
@@ -76,6 +78,17 @@ pub enum LinkLogError {
         /// Version found.
         found: u16,
     },
+    /// Not cut off but damaged: what follows cannot be told apart any more.
+    #[error("the log is garbled at byte {at}, after {records} whole records")]
+    Garbled {
+        /// Where the bad record begins.
+        at: usize,
+        /// Records before it.
+        records: usize,
+    },
+    /// Nothing to replay.
+    #[error("the log holds no whole record")]
+    Empty,
 }
 
 /// A log read back.
@@ -108,9 +121,15 @@ impl LinkLog {
         let schema_hash = u64::from_le_bytes(header[10..18].try_into().map_err(|_| LinkLogError::NotALog)?);
         let mut records = Vec::new();
         let mut at = HEADER_BYTES;
-        while let Some((direction, range)) = record_at(&bytes, at) {
-            at = range.end;
-            records.push((direction, range));
+        loop {
+            match record_at(&bytes, at) {
+                Found::Whole(direction, range) => {
+                    at = range.end;
+                    records.push((direction, range));
+                }
+                Found::End => break,
+                Found::Garbled => return Err(LinkLogError::Garbled { at, records: records.len() }),
+            }
         }
         let truncated = at != bytes.len();
         Ok(Self { schema_hash, bytes, records, truncated })
@@ -122,17 +141,29 @@ impl LinkLog {
     }
 }
 
-fn record_at(bytes: &[u8], at: usize) -> Option<(Direction, std::ops::Range<usize>)> {
-    let header = bytes.get(at..at + RECORD_HEADER_BYTES)?;
-    let direction = match header[0] {
-        0 => Direction::Up,
-        1 => Direction::Down,
-        _ => return None,
+/// What stands at a place of a log.
+enum Found {
+    Whole(Direction, std::ops::Range<usize>),
+    /// Nothing, or the beginning of a record.
+    End,
+    /// Nothing that was ever written.
+    Garbled,
+}
+
+fn record_at(bytes: &[u8], at: usize) -> Found {
+    let direction = match bytes.get(at) {
+        None => return Found::End,
+        Some(0) => Direction::Up,
+        Some(1) => Direction::Down,
+        Some(_) => return Found::Garbled,
     };
-    let length = u32::from_le_bytes([header[1], header[2], header[3], header[4]]) as usize;
     let start = at + RECORD_HEADER_BYTES;
-    let end = start.checked_add(length).filter(|end| *end <= bytes.len())?;
-    Some((direction, start..end))
+    let Some(&[_, a, b, c, d]) = bytes.get(at..start) else { return Found::End };
+    let length = u32::from_le_bytes([a, b, c, d]) as usize;
+    if length > LONGEST_PIECE {
+        return Found::Garbled;
+    }
+    if bytes.len() - start < length { Found::End } else { Found::Whole(direction, start..start + length) }
 }
 
 #[cfg(test)]
@@ -163,6 +194,17 @@ mod tests {
             let expected = if cut < HEADER_BYTES + 9 { 0 } else { 1 };
             assert_eq!(log.records().count(), expected, "cut at {cut}");
             assert_eq!(log.truncated, cut != HEADER_BYTES && cut != HEADER_BYTES + 9);
+        }
+    }
+
+    #[test]
+    fn a_damaged_record_header_is_told_from_a_cut() {
+        let first_header = HEADER_BYTES;
+        for (offset, value) in [(0, 7), (3, 1), (4, 0xff)] {
+            let mut bytes = sample();
+            bytes[first_header + 9 + offset] = value;
+            let error = LinkLog::read(bytes.as_slice()).unwrap_err();
+            assert!(matches!(error, LinkLogError::Garbled { at, records: 1 } if at == first_header + 9), "{error}");
         }
     }
 

@@ -83,10 +83,15 @@ pub fn run(args: &PropagateArgs) -> Result<bool, HostError> {
         return Err(HostError::Option(format!("--bank is {} deg; allowed is -360 to 360", args.bank)));
     }
     if !(0.02..=1e6).contains(&args.every) {
-        return Err(HostError::Option(format!("--every is {} s; allowed is 0.02 and more", args.every)));
+        return Err(HostError::Option(format!("--every is {} s; allowed is 0.02 to 1000000", args.every)));
     }
-    if let Some(out) = args.out.as_deref().filter(|out| out.exists() && !args.force) {
-        return Err(HostError::FileExists(out.to_owned()));
+    if let Some(out) = args.out.as_deref() {
+        if out.is_dir() {
+            return Err(HostError::NotAFile(out.to_owned()));
+        }
+        if out.is_file() && !args.force {
+            return Err(HostError::FileExists(out.to_owned()));
+        }
     }
     let scenario = Scenario::resolve(&args.scenario, &args.common.set)?;
     let flight = fly(&scenario, rad(args.bank), until, args.every);

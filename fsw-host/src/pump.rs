@@ -8,6 +8,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use fsw_core::link::handshake::HelloError;
 use fsw_core::link::packet::{Downlink, Uplink};
 use fsw_core::link::parameters::NavigationMode;
 use fsw_core::time::{FRAME, MissionTime};
@@ -20,6 +21,9 @@ use crate::tap::{Heard, Tap};
 
 /// Exchanges in a row in which neither end says anything before the flight counts as dead.
 const MAX_SILENT_EXCHANGES: u32 = 1_000;
+
+/// Bytes without a single packet among them for so long, and the truth counts as lost.
+const NOISE_PATIENCE: Duration = Duration::from_secs(10);
 
 /// The end of the link where the flight computer is.
 pub trait ComputerEnd {
@@ -66,6 +70,17 @@ pub fn fly(
     watch: &mut dyn Watch,
     pace: Pace<'_>,
 ) -> FlightRecord {
+    fly_with(truth, computer, recorder, watch, pace, NOISE_PATIENCE)
+}
+
+fn fly_with(
+    truth: &mut dyn TruthEnd,
+    computer: &mut dyn ComputerEnd,
+    recorder: Recorder,
+    watch: &mut dyn Watch,
+    pace: Pace<'_>,
+    noise_patience: Duration,
+) -> FlightRecord {
     let start = Instant::now();
     let flies_on_truth = recorder.facts().navigation == NavigationMode::Ideal;
     let mut pump = Pump {
@@ -78,6 +93,9 @@ pub fn fly(
         frame_ended: None,
         frame_cost: Duration::ZERO,
         log_failure: None,
+        refused: None,
+        last_packet: start,
+        noise_patience,
         clock: pace.realtime.then(FrameClock::default),
     };
     let end = pump.run(truth, computer, pace.interrupt);
@@ -97,6 +115,11 @@ struct Pump<'a> {
     /// Wall time since the last frame ended that the flight computer took.
     frame_cost: Duration,
     log_failure: Option<io::Error>,
+    /// Why the truth end is none to fly with.
+    refused: Option<HelloError>,
+    /// When the truth end was last understood.
+    last_packet: Instant,
+    noise_patience: Duration,
     clock: Option<FrameClock>,
 }
 
@@ -115,6 +138,14 @@ impl Pump<'_> {
                 return if interrupted { End::Interrupted } else { End::Failed(self.at_time(&loss.to_string())) };
             }
             self.hear_truth(&from_truth);
+            if let Some(error) = self.refused {
+                return End::Failed(self.at_time(&format!("the truth simulator is refused: {error}")));
+            }
+            if !from_truth.is_empty() && self.last_packet.elapsed() > self.noise_patience {
+                let waited_s = self.noise_patience.as_secs_f64();
+                let what = format!("the truth simulator has sent no packet among its bytes for {waited_s} s");
+                return End::Failed(self.at_time(&what));
+            }
             from_computer.clear();
             self.run_computer(computer, &mut from_computer);
             self.hear_computer(&from_computer);
@@ -149,13 +180,16 @@ impl Pump<'_> {
         let (recorder, to_computer, watch) = (&mut self.recorder, &mut self.to_computer, &mut *self.watch);
         let (frame_ended, log_failure, flies_on_truth) =
             (&mut self.frame_ended, &mut self.log_failure, self.flies_on_truth);
+        let (refused, last_packet) = (&mut self.refused, &mut self.last_packet);
         self.up.feed(bytes, |piece, heard| {
             // Nothing of the frame in which the flight ended reaches the flight computer, however it was chunked.
             if recorder.over().is_some() {
                 return;
             }
             if let Heard::Packet(frame) = &heard {
+                *last_packet = Instant::now();
                 match &frame.packet {
+                    Uplink::Hello(hello) => *refused = hello.check().err(),
                     Uplink::Truth(packet) => {
                         recorder.truth(frame.time, packet);
                         if !flies_on_truth || recorder.over().is_some() {

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::cli::ReplayArgs;
 use crate::error::HostError;
-use crate::linklog::{Direction, LinkLog};
+use crate::linklog::{Direction, LinkLog, LinkLogError};
 use crate::output::{print, print_json};
 use crate::pump::ComputerEnd;
 use crate::tap::{Heard, Tap};
@@ -66,6 +66,9 @@ pub fn read_log(run: &Path) -> Result<LinkLog, HostError> {
             log.schema_hash
         )));
     }
+    if log.records().next().is_none() {
+        return Err(HostError::LinkLog { path, source: LinkLogError::Empty });
+    }
     Ok(log)
 }
 
@@ -112,6 +115,8 @@ pub fn run(args: &ReplayArgs, computer: &mut dyn ComputerEnd) -> Result<bool, Ho
         print_json(&verdict)?;
     } else if !args.quiet {
         print(&verdict.sentence())?;
+    } else if !verdict.identical {
+        eprint!("aeroshell: {}", verdict.sentence());
     }
     Ok(verdict.identical)
 }

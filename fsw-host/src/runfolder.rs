@@ -13,6 +13,9 @@ use crate::{report, telemetry};
 pub const FILES: [&str; 7] =
     ["summary.json", "telemetry.parquet", "telemetry.csv", "link.bin", "scenario.toml", "report.html", "overview.svg"];
 
+/// Ends the name of a file that is not whole yet.
+const PART: &str = ".part";
+
 /// An empty folder for one run.
 #[derive(Debug)]
 pub struct RunFolder {
@@ -26,21 +29,15 @@ impl RunFolder {
     /// The folder is occupied or cannot be made.
     pub fn at(path: &Path, force: bool) -> Result<Self, HostError> {
         if path.exists() && !path.is_dir() {
-            return Err(HostError::FileExists(path.to_owned()));
+            return Err(HostError::NotAFolder(path.to_owned()));
         }
-        if force {
-            for name in FILES {
-                match fs::remove_file(path.join(name)) {
-                    Err(e) if e.kind() != io::ErrorKind::NotFound => {
-                        return Err(HostError::file("replace", path.join(name))(e));
-                    }
-                    _ => {}
-                }
-            }
-        }
-        let occupied = path.exists() && fs::read_dir(path).map_err(HostError::file("read", path))?.next().is_some();
-        if occupied {
+        let contents = contents(path)?;
+        // Nothing is removed unless all of it is an earlier run.
+        if contents.iter().any(|found| !(force && is_of_a_run(found))) {
             return Err(HostError::Occupied(path.to_owned()));
+        }
+        for old in &contents {
+            fs::remove_file(old).map_err(HostError::file("replace", old))?;
         }
         fs::create_dir_all(path).map_err(HostError::file("create", path))?;
         Ok(Self { path: path.to_owned() })
@@ -95,28 +92,28 @@ impl RunFolder {
     /// # Errors
     /// A file cannot be written.
     pub fn write_record(&self, record: &FlightRecord, csv: bool) -> Result<(), HostError> {
+        // The shortest and most telling file first: on a disk that is nearly full it is the one to have.
+        self.whole("summary.json", |out| {
+            serde_json::to_writer_pretty(&mut *out, &record.summary)?;
+            writeln!(out)
+        })?;
         let columns = telemetry::table(record);
         self.whole("telemetry.parquet", |out| telemetry::write_parquet(&columns, out))?;
         if csv {
             self.whole("telemetry.csv", |out| telemetry::write_csv(&columns, out))?;
         }
-        self.whole("summary.json", |out| {
-            serde_json::to_writer_pretty(&mut *out, &record.summary)?;
-            writeln!(out)
-        })?;
         self.drawn("report.html", |path| report::write(record, path))?;
         self.drawn("overview.svg", |path| report::write_overview(record, path))
     }
 
     /// The same as [`RunFolder::whole`] for what the report draws.
-    fn drawn(
-        &self,
-        name: &str,
-        write: impl FnOnce(&Path) -> Result<(), report::ReportError>,
-    ) -> Result<(), HostError> {
-        let (path, temporary) = (self.path.join(name), self.path.join(format!("{name}.part")));
-        write(&temporary)?;
-        fs::rename(&temporary, &path).map_err(HostError::file("write", &path))
+    fn drawn(&self, name: &str, write: impl FnOnce(&Path) -> Result<(), report::ReportError>) -> Result<(), HostError> {
+        let (path, temporary) = (self.path.join(name), self.path.join(format!("{name}{PART}")));
+        let written = write(&temporary).map_err(HostError::from);
+        let written = written.and_then(|()| fs::rename(&temporary, &path).map_err(HostError::file("write", &path)));
+        written.inspect_err(|_| {
+            let _ = fs::remove_file(&temporary);
+        })
     }
 
     /// Writes a file under a temporary name and gives it its own once it is whole.
@@ -125,13 +122,47 @@ impl RunFolder {
     }
 }
 
-/// Writes a file under a temporary name beside it and gives it its own once it is whole.
+/// Whether something exists there that is neither a plain file nor a folder.
+#[must_use]
+pub fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// What lies in a folder; nothing in one that does not exist.
+fn contents(folder: &Path) -> Result<Vec<PathBuf>, HostError> {
+    if !folder.exists() {
+        return Ok(Vec::new());
+    }
+    let list = || fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>();
+    list().map_err(HostError::file("read", folder))
+}
+
+/// Whether a path is a file that a run leaves: one of [`FILES`], or its unfinished beginning.
+fn is_of_a_run(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let name = name.strip_suffix(PART).unwrap_or(name);
+    FILES.contains(&name) && path.symlink_metadata().is_ok_and(|found| !found.is_dir())
+}
+
+/// Writes a file under a temporary name beside it and gives it its own once it is whole. What is no plain file, such
+/// as a device or a pipe, is written as it stands: a rename would put a file in its place.
 ///
 /// # Errors
 /// It cannot be written; nothing half-written is left behind.
 pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), HostError> {
+    if path.is_dir() {
+        return Err(HostError::NotAFile(path.to_owned()));
+    }
+    if is_special(path) {
+        let write = || {
+            let mut out = BufWriter::new(File::options().write(true).open(path)?);
+            fill(&mut out)?;
+            out.flush()
+        };
+        return write().map_err(HostError::file("write", path));
+    }
     let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
+    temporary.push(PART);
     let temporary = PathBuf::from(temporary);
     let write = || {
         let mut out = BufWriter::new(File::create(&temporary)?);
@@ -175,6 +206,39 @@ mod tests {
         RunFolder::at(&path, true).unwrap();
         assert!(!path.join("scenario.toml").exists());
         fs::remove_dir_all(&path).unwrap();
+    }
+
+    #[test]
+    fn force_removes_nothing_when_it_cannot_remove_everything_and_clears_unfinished_files() {
+        let path = scratch("mixed");
+        RunFolder::at(&path, false).unwrap().write_scenario("name = \"a\"").unwrap();
+        fs::write(path.join("report.html.part"), "half").unwrap();
+        fs::write(path.join("thesis.txt"), "mine").unwrap();
+        assert!(matches!(RunFolder::at(&path, true), Err(HostError::Occupied(_))));
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 3);
+        fs::remove_file(path.join("thesis.txt")).unwrap();
+        RunFolder::at(&path, true).unwrap();
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 0);
+        fs::remove_dir_all(&path).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_written_and_stays_a_pipe() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = scratch("pipe");
+        fs::create_dir_all(&folder).unwrap();
+        let pipe = folder.join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read_to_string(pipe).unwrap()
+        });
+        write_whole(&pipe, |out| out.write_all(b"rows")).unwrap();
+        assert_eq!(reader.join().unwrap(), "rows");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

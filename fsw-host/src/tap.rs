@@ -7,7 +7,7 @@ use fsw_core::link::packet::Frame;
 use serde::de::DeserializeOwned;
 
 /// Longest piece held back while no delimiter comes; longer ones pass in pieces.
-const LONGEST_PIECE: usize = 2 * MAX_FRAME;
+pub const LONGEST_PIECE: usize = 2 * MAX_FRAME;
 
 /// What a piece of the stream turned out to be.
 #[derive(Debug)]

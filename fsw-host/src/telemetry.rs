@@ -12,6 +12,7 @@ use fsw_core::time::MissionTime;
 use fsw_core::units::deg;
 use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
@@ -233,18 +234,29 @@ impl Cells {
     }
 }
 
+/// The system's own error where there is one underneath: `External: …` tells a user nothing.
+fn plain(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(inner) => match inner.downcast::<io::Error>() {
+            Ok(inner) => *inner,
+            Err(inner) => io::Error::other(inner),
+        },
+        other => io::Error::other(other),
+    }
+}
+
 /// Writes the table as Parquet: one row group, optional doubles, words as UTF-8.
 ///
 /// # Errors
 /// When `out` cannot be written.
 pub fn write_parquet(columns: &[Column], out: impl Write + Send) -> io::Result<()> {
-    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>().map_err(io::Error::other)?;
-    let schema = Type::group_type_builder("flight").with_fields(fields).build().map_err(io::Error::other)?;
+    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>().map_err(plain)?;
+    let schema = Type::group_type_builder("flight").with_fields(fields).build().map_err(plain)?;
     let properties = Arc::new(WriterProperties::builder().build());
-    let mut file = SerializedFileWriter::new(out, Arc::new(schema), properties).map_err(io::Error::other)?;
-    let mut group = file.next_row_group().map_err(io::Error::other)?;
+    let mut file = SerializedFileWriter::new(out, Arc::new(schema), properties).map_err(plain)?;
+    let mut group = file.next_row_group().map_err(plain)?;
     for column in columns {
-        let Some(mut writer) = group.next_column().map_err(io::Error::other)? else { break };
+        let Some(mut writer) = group.next_column().map_err(plain)? else { break };
         let written = match &column.cells {
             Cells::Number(cells) => {
                 let values: Vec<f64> = cells.iter().flatten().copied().collect();
@@ -255,11 +267,11 @@ pub fn write_parquet(columns: &[Column], out: impl Write + Send) -> io::Result<(
                 writer.typed::<ByteArrayType>().write_batch(&values, Some(&present(cells)), None)
             }
         };
-        written.map_err(io::Error::other)?;
-        writer.close().map_err(io::Error::other)?;
+        written.map_err(plain)?;
+        writer.close().map_err(plain)?;
     }
-    group.close().map_err(io::Error::other)?;
-    file.close().map_err(io::Error::other)?;
+    group.close().map_err(plain)?;
+    file.close().map_err(plain)?;
     Ok(())
 }
 
@@ -268,7 +280,7 @@ fn present<T>(cells: &[Option<T>]) -> Vec<i16> {
     cells.iter().map(|cell| i16::from(cell.is_some())).collect()
 }
 
-fn field(column: &Column) -> Result<Arc<Type>, parquet::errors::ParquetError> {
+fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {
     let (physical, logical) = match column.cells {
         Cells::Number(_) => (PhysicalType::DOUBLE, None),
         Cells::Word(_) => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),

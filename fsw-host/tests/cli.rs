@@ -83,12 +83,46 @@ fn a_changed_log_is_told_from_the_flight_it_was() {
     scratch.aeroshell(&["--quiet", "--out", "run"]);
     let path = scratch.0.join("run/link.bin");
     let mut bytes = fs::read(&path).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 0x08;
+    // Inside a packet to the flight computer near the middle, not in the header of a record.
+    let packet = packet_near(&bytes, bytes.len() / 2);
+    bytes[packet.start + packet.len() / 2] ^= 0x08;
     fs::write(&path, bytes).unwrap();
     let replayed = scratch.aeroshell(&["replay", "run"]);
     assert_eq!(replayed.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&replayed.stdout).starts_with("different: frame"));
+}
+
+/// Where the bytes of a packet to the flight computer lie, at or behind a place in a link log.
+fn packet_near(log: &[u8], place: usize) -> std::ops::Range<usize> {
+    let mut at = 18;
+    loop {
+        let length = u32::from_le_bytes(log[at + 1..at + 5].try_into().unwrap()) as usize;
+        if at >= place && log[at] == 0 {
+            return at + 5..at + 5 + length;
+        }
+        at += 5 + length;
+    }
+}
+
+#[test]
+fn a_log_that_is_garbled_or_empty_is_refused_and_one_cut_off_is_not() {
+    let scratch = Scratch::new("garbled");
+    scratch.aeroshell(&["--quiet", "--out", "run"]);
+    let path = scratch.0.join("run/link.bin");
+    let whole = fs::read(&path).unwrap();
+    let record = packet_near(&whole, whole.len() / 2).start - 5;
+    let mut garbled = whole.clone();
+    garbled[record] = 7;
+    for (bytes, words) in
+        [(&garbled[..], ["garbled at byte", "run/link.bin"]), (&whole[..18], ["no whole record", "run/link.bin"])]
+    {
+        fs::write(&path, bytes).unwrap();
+        assert_refused(&scratch.aeroshell(&["replay", "run"]), &words);
+    }
+    fs::write(&path, &whole[..record + 3]).unwrap();
+    let replayed = scratch.aeroshell(&["replay", "run"]);
+    assert_eq!(replayed.status.code(), Some(0), "{}", stderr(&replayed));
+    assert!(String::from_utf8_lossy(&replayed.stdout).contains("cut off"));
 }
 
 #[test]
@@ -106,6 +140,15 @@ fn bad_input_is_refused_in_one_sentence_and_leaves_nothing_behind() {
         (&["--set", "entry.speed_mps=1e9"], &["entry.speed_mps", "15000"]),
         (&["--set", "vehicle.aero_table=\"no.csv\""], &["no.csv"]),
         (&["--set", "nonsense"], &["nonsense"]),
+        (&["--set", "target.longitude_deg=90"], &["msl: target: out of reach", "off the entry heading"]),
+        (&["--set", "target.longitude_deg=-40"], &["msl: target: out of reach", "this entry reaches"]),
+        (&["--set", "planet.mu_m3ps2=1e12"], &["planet.mu_m3ps2", "surface gravity", "0.1 to 100"]),
+        (&["--seed", "-1"], &["--seed", "-1"]),
+        (&["--out", "typo.toml"], &["typo.toml", "is a file"]),
+        (&["--out", "typo.toml", "--force"], &["typo.toml", "is a file"]),
+        (&["propagate", "--bank", "1", "--out", "full", "--force"], &["full", "is a folder"]),
+        (&["propagate", "--bank", "1", "--every", "-1"], &["--every", "-1"]),
+        (&["/dev/zero"], &["/dev/zero", "longer than"]),
         (&["--out", "full"], &["full", "occupied", "--out", "--force"]),
         (&["--out", "full", "--force"], &["full", "occupied"]),
         (&["--truth", "tcp:127.0.0.1:1"], &["127.0.0.1:1"]),

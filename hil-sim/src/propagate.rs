@@ -101,6 +101,9 @@ pub fn propagate(
     let mut samples = vec![now];
     let mut peaks = PeakFinder::default();
     peaks.push(&now);
+    if until.distance(&now) == 0.0 && matches!(until, Until::TimeS(_) | Until::RangeM(_)) {
+        return Flight { samples, end: now, peaks: peaks.peaks(), reached: true };
+    }
     let steps = (max_time_s / STEP_S).ceil().max(0.0) as u64;
     let end_of_step = |k: u64| (((k + 1) as f64) * STEP_S).min(max_time_s);
     for k in 0..steps {

@@ -46,13 +46,16 @@ impl Scenario {
             (flight.reached, flight.end.range_m * 1e-3)
         };
         let (comes_down, farthest_km) = range_km(0.0);
-        let (_, nearest_km) = range_km(PI);
+        let (dives, nearest_km) = range_km(PI);
         let (low, high) = (nearest_km * (1.0 - MARGIN), farthest_km * (1.0 + MARGIN));
         // A flight that skips out with its lift up can be made as long as one likes.
         if distance_km < low || (comes_down && distance_km > high) {
-            return refuse(format!(
-                "it lies {distance_km:.0} km from the entry point, and this entry reaches {nearest_km:.0} to {farthest_km:.0} km"
-            ));
+            let reached = match (dives, comes_down) {
+                (true, true) => format!("reaches {nearest_km:.0} to {farthest_km:.0} km"),
+                (true, false) => format!("reaches {nearest_km:.0} km and more"),
+                (false, _) => format!("is not down after {nearest_km:.0} km and {} s", self.time_limit_s),
+            };
+            return refuse(format!("it lies {distance_km:.0} km from the entry point, and this entry {reached}"));
         }
         Ok(())
     }
@@ -82,6 +85,8 @@ mod tests {
         assert!(beyond.contains(" km from the entry point, and this entry reaches "), "{beyond}");
         let short = check(&["target.longitude_deg=-87", "target.latitude_deg=-43.6"]).unwrap_err();
         assert!(short.contains(" km from the entry point, and this entry reaches "), "{short}");
+        let climbing = check(&["entry.flight_path_angle_deg=5"]).unwrap_err();
+        assert!(climbing.contains("this entry is not down after ") && climbing.ends_with(" 1000 s"), "{climbing}");
         assert!(check(&["target.longitude_deg=-100"]).unwrap_err().contains(" off the entry heading"));
     }
 }

@@ -183,3 +183,37 @@ fn a_full_disk_ends_the_flight_as_failed() {
     let record = fly(&mut script, &mut computer, recorder(NavigationMode::Ekf), &mut FullDisk, CALM_PACE);
     assert!(matches!(record.end, End::Failed(reason) if reason.contains("no space left")));
 }
+
+/// A truth end that says the same bytes for ever.
+struct Babble(Vec<u8>);
+
+impl TruthEnd for Babble {
+    fn exchange(&mut self, _: &[u8], out: &mut Vec<u8>) -> Result<(), SessionError> {
+        out.extend_from_slice(&self.0);
+        Ok(())
+    }
+}
+
+fn end_of(babble: Vec<u8>) -> String {
+    let id = FlightId { seed: 1, run: 0, nominal: false };
+    let recorder = Recorder::new(facts(), id, 100.0);
+    let mut truth = Babble(babble);
+    let patience = Duration::from_millis(50);
+    let record = fly_with(&mut truth, &mut Answerer::new(1), recorder, &mut Unwatched, CALM_PACE, patience);
+    record.summary.reason.unwrap_or_default()
+}
+
+#[test]
+fn noise_without_end_is_no_flight_without_end() {
+    for noise in [vec![0x55; 64], vec![0], b"HTTP/1.1 400 Bad Request\r\n\r\n".to_vec()] {
+        let reason = end_of(noise);
+        assert!(reason.starts_with("the truth simulator has sent no packet among its bytes for 0.05 s"), "{reason}");
+    }
+}
+
+#[test]
+fn a_truth_end_of_another_protocol_is_refused_by_name() {
+    let theirs = fsw_core::link::packet::Hello { protocol_version: 77, schema_hash: 0, build_id: 0 };
+    let reason = end_of(encoded(MissionTime::ZERO, Uplink::Hello(theirs)));
+    assert!(reason.starts_with("the truth simulator is refused: the peer speaks protocol version 77"), "{reason}");
+}

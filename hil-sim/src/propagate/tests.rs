@@ -118,3 +118,12 @@ fn a_flight_that_never_gets_there_says_so() {
     let short = propagate(&world, &entry(&world), 0.7, Until::AltitudeM(10e3), 5.01, 1.0);
     assert!(!short.reached && (short.end.time_s - 5.01).abs() < 1e-12);
 }
+
+#[test]
+fn a_stop_at_the_start_is_reached_at_once() {
+    let world = world(EXP40, 0.0, 0.0);
+    for stop in [Until::TimeS(0.0), Until::RangeM(0.0)] {
+        let flight = propagate(&world, &entry(&world), 0.0, stop, 1000.0, 1.0);
+        assert!(flight.reached && flight.end.time_s == 0.0, "{stop:?}: {:?}", flight.end);
+    }
+}

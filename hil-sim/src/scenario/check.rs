@@ -1,9 +1,11 @@
 //! Settings that are each in range but contradict each other.
 
+use fsw_core::config::limits::{ATMOSPHERE, MAX_HORIZON_STEPS, SURFACE_GRAVITY_MPS2};
 use fsw_core::link::packet::MAX_SOURCES;
 use fsw_core::link::parameters::{MAX_AERO_ROWS, MAX_ATMOSPHERE_ROWS};
 
-use super::{AeroRow, AtmosphereKind, AtmosphereRow, Dispersion, Fault, FaultKind, FaultTarget, Scenario};
+use super::ranges::range_of;
+use super::{AeroRow, AtmosphereKind, AtmosphereRow, Dispersion, Entry, Fault, FaultKind, FaultTarget, Scenario};
 
 /// What is wrong: the field and the sentence.
 type Finding = (Vec<String>, String);
@@ -21,6 +23,13 @@ pub fn consistent(s: &Scenario) -> Result<(), Finding> {
             return finding(path, format!("{path}: the lowest value {low} must be less than the highest {high}"));
         }
     }
+    if s.name.is_empty() {
+        return finding("name", "name is empty".into());
+    }
+    entry(s)?;
+    gravity(s)?;
+    temperature(s)?;
+    horizon(s)?;
     dispersions(s)?;
     tables(s)?;
     sources(s)?;
@@ -30,6 +39,76 @@ pub fn consistent(s: &Scenario) -> Result<(), Finding> {
 
 fn finding<T>(path: &str, what: String) -> Result<T, Finding> {
     Err((path.split('.').map(String::from).collect(), what))
+}
+
+/// A Cartesian entry state lies where a spherical one may lie.
+fn entry(s: &Scenario) -> Result<(), Finding> {
+    if !matches!(s.entry, Entry::Cartesian { .. }) {
+        return Ok(());
+    }
+    let planet = s.planet.si();
+    let state = s.entry.planet_relative(&planet);
+    let allowed = |field: &str| {
+        let range = range_of(&["entry".into(), field.into()]);
+        range.map_or((f64::NEG_INFINITY, f64::INFINITY), |range| (range.min, range.max))
+    };
+    let (low, high) = allowed("altitude_km");
+    let altitude_km = (state.radius_m - planet.radius_m) * 1e-3;
+    if !(low..=high).contains(&altitude_km) {
+        let what = format!("entry.position_km lies at an altitude of {altitude_km:.1} km; allowed: {low} to {high} km");
+        return finding("entry.position_km", what);
+    }
+    let (low, high) = allowed("speed_mps");
+    let speed_mps = state.speed_mps;
+    if !(low..=high).contains(&speed_mps) {
+        let what =
+            format!("entry.velocity_mps is {speed_mps:.1} m/s relative to the planet; allowed: {low} to {high} m/s");
+        return finding("entry.velocity_mps", what);
+    }
+    Ok(())
+}
+
+/// Gravity at the surface as the flight software takes it, which ties two fields together.
+fn gravity(s: &Scenario) -> Result<(), Finding> {
+    for (part, planet) in [("planet", &s.planet), ("onboard.planet", &s.onboard.planet)] {
+        let (mu_m3ps2, radius_m) = (planet.mu_m3ps2, planet.radius_km * 1e3);
+        let (gravity, allowed) = (mu_m3ps2 / (radius_m * radius_m), SURFACE_GRAVITY_MPS2);
+        if !allowed.admits(gravity) {
+            let what = format!(
+                "{part}.mu_m3ps2 = {mu_m3ps2:e} and {part}.radius_km = {} make a surface gravity of {gravity:.3} m/s²; allowed: {} to {} m/s²",
+                planet.radius_km, allowed.min, allowed.max
+            );
+            return finding(&format!("{part}.mu_m3ps2"), what);
+        }
+    }
+    Ok(())
+}
+
+/// The temperature that follows from gravity, scale height and gas when none is given.
+fn temperature(s: &Scenario) -> Result<(), Finding> {
+    let parameters = s.onboard.atmosphere.parameters(&s.onboard.planet.si());
+    let (temperature_k, [.., allowed, _, _]) = (parameters.temperature_k, &ATMOSPHERE);
+    if !allowed.admits(temperature_k) {
+        let what = format!(
+            "atmosphere.temperature_k is not given, and the hydrostatic one would be {temperature_k:.1} K; allowed: {} to {} K",
+            allowed.min, allowed.max
+        );
+        return finding("onboard.atmosphere", what);
+    }
+    Ok(())
+}
+
+/// A prediction has only so many steps.
+fn horizon(s: &Scenario) -> Result<(), Finding> {
+    let (horizon_s, step_s) = (s.guidance.prediction_horizon_s, s.guidance.predictor_step_s);
+    if horizon_s > MAX_HORIZON_STEPS * step_s {
+        let what = format!(
+            "guidance.predictor_step_s = {step_s} divides the prediction_horizon_s of {horizon_s} into {:.0} steps; allowed: at most {MAX_HORIZON_STEPS}",
+            horizon_s / step_s
+        );
+        return finding("guidance.predictor_step_s", what);
+    }
+    Ok(())
 }
 
 fn dispersions(s: &Scenario) -> Result<(), Finding> {
@@ -116,6 +195,15 @@ fn sources(s: &Scenario) -> Result<(), Finding> {
                 s.beacon.len()
             ),
         );
+    }
+    let orbiters = s.orbiter.iter().enumerate().map(|(k, o)| (format!("orbiter.{k}.name"), &o.name));
+    let beacons = s.beacon.iter().enumerate().map(|(k, b)| (format!("beacon.{k}.name"), &b.name));
+    let mut names = Vec::new();
+    for (path, name) in orbiters.chain(beacons) {
+        if names.contains(&name) {
+            return finding(&path, format!("two radio sources have the name \"{name}\""));
+        }
+        names.push(name);
     }
     for (k, orbiter) in s.orbiter.iter().enumerate() {
         let periapsis_km = orbiter.semi_major_axis_km * (1.0 - orbiter.eccentricity);

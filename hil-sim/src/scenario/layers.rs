@@ -1,6 +1,6 @@
 //! One document laid over another, and where a field came from.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
@@ -49,11 +49,12 @@ pub fn merge(base: &mut Table, over: Table) {
     }
 }
 
-/// Parses a scenario text into a table and its layer.
+/// Parses a scenario text into a table and its layer. Table files are looked for in `directory`; without one they are
+/// refused.
 ///
 /// # Errors
 /// The syntax error with its line.
-pub fn document(name: &str, text: String, directory: &Path) -> Result<(Table, Layer), ScenarioError> {
+pub fn document(name: &str, text: String, directory: Option<&Path>) -> Result<(Table, Layer), ScenarioError> {
     let mut table: Table = text.parse().map_err(|e: toml::de::Error| {
         let line = e.span().map_or(1, |span| line_of(&text, span.start));
         ScenarioError::new(format!("{name}, line {line}: not valid TOML: {}", e.message().replace('\n', ", ")))
@@ -69,7 +70,11 @@ pub fn document(name: &str, text: String, directory: &Path) -> Result<(Table, La
 /// # Errors
 /// No `=`, an index beyond an array, or a field inside something that has none.
 pub fn set(table: &mut Table, assignment: &str) -> Result<Layer, ScenarioError> {
-    let bad = |what: String| ScenarioError::new(format!("--set {assignment}: {what}"));
+    let first_line = assignment.lines().next().unwrap_or_default();
+    let bad = |what: String| ScenarioError::new(format!("--set {first_line}: {what}"));
+    if assignment.trim().contains(['\n', '\r']) {
+        return Err(bad("the value must stand on one line".into()));
+    }
     let (path, text) = assignment.split_once('=').ok_or_else(|| bad("expected dotted.field=value".into()))?;
     let segments: Vec<String> = path.trim().split('.').map(|s| s.trim().to_owned()).collect();
     if segments.iter().any(String::is_empty) {
@@ -80,7 +85,7 @@ pub fn set(table: &mut Table, assignment: &str) -> Result<Layer, ScenarioError> 
     let value = format!("v = {text}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
     let value = value.unwrap_or_else(|| Value::String(text.into()));
     assign(table, &segments, value).map_err(&bad)?;
-    inline_tables(table, Path::new("")).map_err(|(_, e)| bad(e.message))?;
+    inline_tables(table, Some(Path::new(""))).map_err(|(_, e)| bad(e.message))?;
     Ok(Layer { name: format!("--set {assignment}"), text: None, set_path: Some(segments) })
 }
 
@@ -89,7 +94,7 @@ fn assign(table: &mut Table, path: &[String], value: Value) -> Result<(), String
     let arrays = path.iter().position(|segment| segment.parse::<usize>().is_ok());
     let Some(at) = arrays else {
         if let Some(clash) = scalar_on_the_way(table, path) {
-            return Err(format!("`{clash}` is a value, not a table"));
+            return Err(clash);
         }
         let over = path.iter().rev().fold(value, |inner, key| Value::Table(Table::from_iter([(key.clone(), inner)])));
         if let Value::Table(over) = over {
@@ -128,13 +133,17 @@ fn assign(table: &mut Table, path: &[String], value: Value) -> Result<(), String
     }
 }
 
-/// The first value on the way to a path that cannot hold fields.
+/// What is wrong with the first value on the way to a path that cannot hold fields.
 fn scalar_on_the_way(table: &Table, path: &[String]) -> Option<String> {
     let mut here = table;
     for (k, key) in path[..path.len() - 1].iter().enumerate() {
         match here.get(key) {
             Some(Value::Table(inner)) => here = inner,
-            Some(_) => return Some(path[..=k].join(".")),
+            Some(Value::Array(list)) => {
+                let (name, last) = (path[..=k].join("."), list.len().saturating_sub(1));
+                return Some(format!("`{name}` is a list: behind its name stands an index from 0 to {last}"));
+            }
+            Some(_) => return Some(format!("`{}` is a value, not a table", path[..=k].join("."))),
             None => return None,
         }
     }
@@ -142,7 +151,7 @@ fn scalar_on_the_way(table: &Table, path: &[String]) -> Option<String> {
 }
 
 /// Replaces the names of table files by their rows. On error also tells the field.
-fn inline_tables(all: &mut Table, directory: &Path) -> Result<(), (Vec<String>, ScenarioError)> {
+fn inline_tables(all: &mut Table, directory: Option<&Path>) -> Result<(), (Vec<String>, ScenarioError)> {
     inline_in(all, directory, &[])?;
     if let Some(Value::Table(onboard)) = all.get_mut("onboard") {
         inline_in(onboard, directory, &["onboard"])?;
@@ -150,21 +159,30 @@ fn inline_tables(all: &mut Table, directory: &Path) -> Result<(), (Vec<String>, 
     Ok(())
 }
 
-fn inline_in(tables: &mut Table, directory: &Path, prefix: &[&str]) -> Result<(), (Vec<String>, ScenarioError)> {
+fn inline_in(
+    tables: &mut Table,
+    directory: Option<&Path>,
+    prefix: &[&str],
+) -> Result<(), (Vec<String>, ScenarioError)> {
     let path_of = |part: &str, field: &str| -> Vec<String> {
         prefix.iter().copied().chain([part, field]).map(String::from).collect()
     };
-    let file = |name: &str| -> PathBuf { directory.join(name) };
+    let read = |name: &str, kind: &table::Kind| match directory {
+        Some(directory) => table::read(&directory.join(name), kind),
+        None => {
+            Err(ScenarioError::new("a scenario that comes over a link names no table files: give the rows in line"))
+        }
+    };
     if let Some(Value::Table(vehicle)) = tables.get_mut("vehicle")
         && let Some(Value::String(name)) = vehicle.get("aero_table")
     {
-        let rows = table::read(&file(name), &table::AERO).map_err(|e| (path_of("vehicle", "aero_table"), e))?;
+        let rows = read(name, &table::AERO).map_err(|e| (path_of("vehicle", "aero_table"), e))?;
         vehicle.insert("aero_table".into(), rows);
     }
     if let Some(Value::Table(atmosphere)) = tables.get_mut("atmosphere")
         && let Some(Value::String(name)) = atmosphere.get("file")
     {
-        let rows = table::read(&file(name), &table::ATMOSPHERE).map_err(|e| (path_of("atmosphere", "file"), e))?;
+        let rows = read(name, &table::ATMOSPHERE).map_err(|e| (path_of("atmosphere", "file"), e))?;
         atmosphere.remove("file");
         atmosphere.insert("rows".into(), rows);
     }

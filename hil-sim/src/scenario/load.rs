@@ -49,17 +49,20 @@ impl Scenario {
         if let Some(text) = Self::builtin_text(name_or_path) {
             return Self::from_text(name_or_path, text, Path::new(""), sets);
         }
+        if name_or_path.is_empty() {
+            return Err(no_such_scenario("\"\""));
+        }
         let path = Path::new(name_or_path);
         // A bare word was meant as a built-in name.
         if !path.exists() && path.components().count() == 1 && path.extension().is_none() {
             return Err(no_such_scenario(name_or_path));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = table::read_text(path).map_err(|e| {
             ScenarioError::new(format!("{name_or_path}: the scenario cannot be read: {}", table::reason(&e)))
         })?;
         let stem = path.file_stem().map_or_else(|| name_or_path.into(), |s| s.to_string_lossy().into_owned());
         let directory = path.parent().unwrap_or_else(|| Path::new(""));
-        Self::layered(name_or_path, &stem, text, directory, sets)
+        Self::layered(name_or_path, &stem, text, Some(directory), sets)
     }
 
     /// A scenario from TOML text; `name` stands for the file in messages, table files are looked for in `directory`.
@@ -67,7 +70,15 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::resolve`].
     pub fn from_text(name: &str, text: &str, directory: &Path, sets: &[String]) -> Result<Self, ScenarioError> {
-        Self::layered(name, name, text.into(), directory, sets)
+        Self::layered(name, name, text.into(), Some(directory), sets)
+    }
+
+    /// A scenario that somebody else sent: as resolved text, which names no files. Nobody else's text opens files here.
+    ///
+    /// # Errors
+    /// As [`Scenario::resolve`].
+    pub fn from_link(text: &str) -> Result<Self, ScenarioError> {
+        Self::layered("scenario", "scenario", text.into(), None, &[])
     }
 
     /// The resolved scenario as TOML, table rows in line; reads back equal.
@@ -81,10 +92,10 @@ impl Scenario {
         place_name: &str,
         stem: &str,
         text: String,
-        directory: &Path,
+        directory: Option<&Path>,
         sets: &[String],
     ) -> Result<Self, ScenarioError> {
-        let (mut all, _) = document(BUILTIN[0].0, BUILTIN[0].1.into(), Path::new(""))?;
+        let (mut all, _) = document(BUILTIN[0].0, BUILTIN[0].1.into(), None)?;
         let (over, layer) = document(place_name, text, directory)?;
         all.insert("name".into(), Value::String(stem.into()));
         merge(&mut all, over);
@@ -307,6 +318,27 @@ mod tests {
                 "my.toml, line 3: orbiter.0: its periapsis of 1750.0 km lies below the surface at 3397.2 km",
             ),
             (
+                "[[beacon]]\nname = \"lamp\"\nlongitude_deg = 0\nlatitude_deg = 0\naltitude_km = 0\n[[beacon]]\nname = \"lamp\"\nlongitude_deg = 1\nlatitude_deg = 0\naltitude_km = 0",
+                "my.toml, line 7: two radio sources have the name \"lamp\"",
+            ),
+            ("name = \"\"", "my.toml, line 1: name is empty"),
+            (
+                "[entry]\nposition_km = [0, 0, 3000]\nvelocity_mps = [0, 5000, 0]",
+                "my.toml, line 2: entry.position_km lies at an altitude of -397.2 km; allowed: 1 to 1000 km",
+            ),
+            (
+                "[entry]\nposition_km = [0, 0, 3520]\nvelocity_mps = [0, 1, 0]",
+                "my.toml, line 3: entry.velocity_mps is 1.0 m/s relative to the planet; allowed: 100 to 15000 m/s",
+            ),
+            (
+                "[planet]\nmu_m3ps2 = 1e12",
+                "my.toml, line 2: planet.mu_m3ps2 = 1e12 and planet.radius_km = 3397.2 make a surface gravity of 0.087 m/s²; allowed: 0.1 to 100 m/s²",
+            ),
+            (
+                "[guidance]\npredictor_step_s = 0.5",
+                "my.toml, line 2: guidance.predictor_step_s = 0.5 divides the prediction_horizon_s of 600 into 1200 steps; allowed: at most 1000",
+            ),
+            (
                 "[sensors.radio]\nrate_hz = 3",
                 "my.toml, line 2: sensors.radio.rate_hz = 3 is not a whole number of 50 Hz frames",
             ),
@@ -353,6 +385,11 @@ mod tests {
             (
                 &["vehicle.mass_kg=heavy"],
                 "--set vehicle.mass_kg=heavy: vehicle.mass_kg: found string \"heavy\", where a number is expected",
+            ),
+            (&["vehicle.mass_kg=1\nx=2"], "--set vehicle.mass_kg=1: the value must stand on one line"),
+            (
+                &["orbiter.-1.name=x"],
+                "--set orbiter.-1.name=x: `orbiter` is a list: behind its name stands an index from 0 to 0",
             ),
             (&["vehicle.mass_kg.x=1"], "--set vehicle.mass_kg.x=1: `vehicle.mass_kg` is a value, not a table"),
             (
@@ -430,6 +467,7 @@ mod tests {
             ("", "the table is empty; its first line must name the columns mach, cd, cl"),
             ("mach,cd\n1,2\n", ", line 1: column `cl` is missing; the columns are mach, cd, cl"),
             ("mach,cd,lift\n", ", line 1: unknown column `lift`; the columns are mach, cd, cl"),
+            ("\u{feff}mach,cd,lift\r\n", ", line 1: unknown column `lift`; the columns are mach, cd, cl"),
             ("mach,cd,cl,cd\n", ", line 1: column `cd` stands twice"),
             ("mach,cd,cl\n1,1.4,0.3\n", "the table has 1 data lines where at least 2 are needed"),
             ("mach,cd,cl\n1,1.4\n", ", line 2: 2 values where the first line names 3 columns"),
@@ -447,6 +485,23 @@ mod tests {
             );
             std::fs::remove_dir_all(folder).unwrap();
         }
+    }
+
+    #[test]
+    fn a_scenario_from_the_link_opens_no_files() {
+        for toml in ["[vehicle]\naero_table = \"/etc/hostname\"", "[atmosphere]\nkind = \"table\"\nfile = \"air.csv\""]
+        {
+            let said = Scenario::from_link(toml).unwrap_err().message;
+            assert!(said.ends_with("comes over a link names no table files: give the rows in line"), "{said}");
+        }
+        let scenario = Scenario::builtin("msl-beacon").unwrap();
+        assert_eq!(Scenario::from_link(&scenario.to_toml()), Ok(scenario));
+    }
+
+    #[test]
+    fn a_file_without_end_is_refused_before_it_fills_the_memory() {
+        let said = Scenario::resolve("/dev/zero", &[]).unwrap_err().message;
+        assert_eq!(said, "/dev/zero: the scenario cannot be read: it is longer than 16 MiB");
     }
 
     #[test]

@@ -115,7 +115,7 @@ pub const RANGES: &[Range] = &[
     row("guidance.alignment_gain_ps", 0.0, 10.0, "1/s"),
     row("guidance.alignment_max_bank_deg", 0.0, 90.0, "deg"),
     row("guidance.alignment_freeze_range_km", 0.0, 1000.0, "km"),
-    row("guidance.limits.load_g", 0.1, 100.0, "g"),
+    row("guidance.limits.load_g", 0.2, 100.0, "g"),
     row("guidance.limits.heat_flux_wpm2", 1e3, 1e9, "W/m2"),
     row("guidance.limits.dynamic_pressure_pa", 10.0, 1e6, "Pa"),
     row("control.initial_bank_deg", -180.0, 180.0, "deg"),
@@ -200,6 +200,20 @@ mod tests {
             for (path, x) in numbers(&Value::try_from(&scenario).unwrap()) {
                 let range = range_of(&path).unwrap_or_else(|| panic!("{} has no range", path.join(".")));
                 assert!(x >= range.min && x <= range.max, "{} = {x}", path.join("."));
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_scenario_may_say_the_flight_software_may_hear() {
+        use crate::session::{Conductor, SessionError};
+        for range in RANGES.iter().filter(|range| !range.path.contains('*')) {
+            for x in [range.min, range.max] {
+                let set = [format!("{}={x}", range.path)];
+                // A contradiction with another field is told by the scenario itself.
+                let Ok(scenario) = super::super::Scenario::resolve("msl", &set) else { continue };
+                let session = Conductor::new(&scenario, 1, 0, false);
+                assert!(!matches!(&session, Err(SessionError::Parameters(_))), "{set:?}: {:?}", session.err());
             }
         }
     }

@@ -1,11 +1,15 @@
 //! Tables in CSV files: air by altitude, aerodynamics by Mach number.
 
+use std::io::Read;
 use std::path::Path;
 
 use toml::Value;
 
 use super::ScenarioError;
 use super::ranges::range_of;
+
+/// Longest file that is read: far more than any scenario or table needs.
+const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// A kind of table: where its rows live in a scenario, and its columns.
 pub struct Kind {
@@ -34,9 +38,11 @@ pub const ATMOSPHERE: Kind = Kind {
 /// A sentence that names file and line.
 pub fn read(path: &Path, kind: &Kind) -> Result<Value, ScenarioError> {
     let name = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| ScenarioError::new(format!("{name}: the table cannot be read: {}", reason(&e))))?;
+    let text =
+        read_text(path).map_err(|e| ScenarioError::new(format!("{name}: the table cannot be read: {}", reason(&e))))?;
+    // Spreadsheets begin their files with a byte order mark.
     let mut lines = text
+        .trim_start_matches('\u{feff}')
         .lines()
         .enumerate()
         .map(|(k, line)| (k + 1, line.trim()))
@@ -116,6 +122,19 @@ fn numbers_of(line: &str, order: &[usize], kind: &Kind) -> Result<Vec<f64>, Stri
         numbers[index] = x;
     }
     Ok(numbers)
+}
+
+/// Reads a text file, as long as it is not endless.
+///
+/// # Errors
+/// It cannot be read, is no text, or is longer than [`MAX_FILE_BYTES`].
+pub fn read_text(path: &Path) -> std::io::Result<String> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(std::io::Error::other(format!("it is longer than {} MiB", MAX_FILE_BYTES >> 20)));
+    }
+    String::from_utf8(bytes).map_err(|_| std::io::ErrorKind::InvalidData.into())
 }
 
 /// An input/output error in the words of a user.

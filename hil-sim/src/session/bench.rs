@@ -21,6 +21,10 @@ pub const BENCH_VERSION: u16 = 1;
 const TEXT_PIECE: usize = 128;
 /// Longest scenario, bytes: ten times a scenario with two full tables.
 const MAX_SCENARIO: usize = 1 << 20;
+/// Messages after which a peer that still has not come to the point is given up.
+const MAX_MESSAGES: usize = 2 * MAX_SCENARIO / TEXT_PIECE;
+/// Longest refusal that is listened to, bytes.
+const MAX_REFUSAL: usize = 4096;
 /// Wait for the next message of the preamble.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -71,7 +75,8 @@ impl Inbox {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 let waited_s = PATIENCE.as_secs_f64();
-                return Err(SessionError::NoAnswer { peer, what: "in the bench protocol".into(), waited_s });
+                let what = "in the bench protocol, as if it were busy with another flight".into();
+                return Err(SessionError::NoAnswer { peer, what, waited_s });
             }
             let n = stream.read_some(&mut buffer, left).map_err(|e| cut(peer, &e))?;
             self.waiting.extend_from_slice(&buffer[..n]);
@@ -136,7 +141,7 @@ fn take_order(stream: &mut dyn Stream) -> Result<(Order, Vec<u8>), SessionError>
     let theirs = inbox.next(stream, CLIENT, version_of)?;
     say(stream, CLIENT, &HELLO)?;
     check_version(theirs)?;
-    let mut text = String::new();
+    let (mut text, mut messages) = (String::new(), 0);
     let (seed, run, nominal) = loop {
         let start = inbox.next(stream, CLIENT, |message| match message {
             Message::Scenario { text: piece } => {
@@ -146,14 +151,15 @@ fn take_order(stream: &mut dyn Stream) -> Result<(Order, Vec<u8>), SessionError>
             Message::Start { seed, run, nominal } => Some((seed, run, nominal)),
             _ => None,
         })?;
-        if text.len() > MAX_SCENARIO {
+        messages += 1;
+        if text.len() > MAX_SCENARIO || messages > MAX_MESSAGES {
             return refuse(stream, SessionError::Bench(format!("the scenario is longer than {MAX_SCENARIO} bytes")));
         }
         if let Some(start) = start {
             break start;
         }
     };
-    match Scenario::from_text("scenario", &text, std::path::Path::new(""), &[]) {
+    match Scenario::from_link(&text) {
         Ok(scenario) => Ok((Order { scenario, seed, run, nominal }, inbox.waiting)),
         Err(e) => refuse(stream, SessionError::Bench(e.message)),
     }
@@ -210,13 +216,13 @@ pub fn order(
     }
     say(stream, SERVER, &Message::Start { seed, run, nominal })?;
     let mut error = String::new();
-    loop {
+    for _ in 0..MAX_MESSAGES {
         let done = inbox.next(stream, SERVER, |message| match message {
             Message::Ready => Some(true),
             Message::Error { text: "" } => Some(false),
             Message::Error { text } => {
                 error.push_str(text);
-                None
+                (error.len() > MAX_REFUSAL).then_some(false)
             }
             _ => None,
         })?;
@@ -226,6 +232,7 @@ pub fn order(
             None => {}
         }
     }
+    Err(SessionError::Bench("it talks and talks, but neither accepts nor refuses it".into()))
 }
 
 #[cfg(test)]

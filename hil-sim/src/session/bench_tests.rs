@@ -143,3 +143,54 @@ fn a_long_text_is_cut_between_characters() {
     assert!(pieces(&text).iter().all(|piece| piece.len() <= TEXT_PIECE));
     assert_eq!(pieces(&text).concat(), text);
 }
+
+/// A stream whose peer greets properly and then makes noise for ever.
+struct Noisy {
+    computer: Scripted,
+    said: Vec<u8>,
+    packets: u32,
+}
+
+impl Stream for Noisy {
+    fn read_some(&mut self, buffer: &mut [u8], _: Duration) -> io::Result<usize> {
+        std::thread::sleep(Duration::from_millis(1));
+        if self.packets > 1 {
+            buffer[..8].copy_from_slice(b"noise\0\0\x01");
+            return Ok(8);
+        }
+        let n = self.said.len().min(buffer.len());
+        buffer[..n].copy_from_slice(&self.said[..n]);
+        self.said.drain(..n);
+        Ok(n)
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.packets += 1;
+        self.computer.receive(bytes, &mut self.said);
+        Ok(())
+    }
+}
+
+#[test]
+fn noise_without_end_from_a_flight_computer_is_as_good_as_silence() {
+    let scenario = Scenario::builtin("msl").unwrap();
+    let mut conductor = Conductor::new(&scenario, 1, 0, true).unwrap();
+    let mut stream = Noisy { computer: Scripted::new(u32::MAX), said: Vec::new(), packets: 0 };
+    let End::Failed(error) = pump(&mut stream, &mut conductor, Pace::LockStep) else { panic!("it flew on noise") };
+    assert!(error.to_string().starts_with("the flight computer does not answer the loading of the "), "{error}");
+}
+
+#[test]
+fn a_refusal_without_end_is_listened_to_for_a_while_only() {
+    let listener = Listener::bind("127.0.0.1:0").unwrap();
+    let place = format!("tcp:{}", listener.local_address().unwrap());
+    let talker = thread::spawn(move || {
+        let mut stream = listener.accept().unwrap();
+        take_order(&mut stream).unwrap();
+        while say(&mut stream, CLIENT, &Message::Error { text: "no, and moreover " }).is_ok() {}
+    });
+    let error = RemoteTruth::open(&place, &Scenario::builtin("msl").unwrap(), 1, 0, true).err().unwrap().to_string();
+    talker.join().unwrap();
+    assert!(error.starts_with("the truth simulator refuses the flight: no, and moreover "), "{error}");
+    assert!(error.len() < 2 * MAX_REFUSAL, "{} bytes", error.len());
+}

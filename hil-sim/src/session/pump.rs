@@ -41,7 +41,6 @@ pub fn pump<P: Plant>(stream: &mut dyn Stream, conductor: &mut Conductor<P>, pac
                 Err(e) => conductor.fail(cut(conductor.status().time_s, &e)),
             }
         }
-        out.clear();
         conductor.transmit(&mut out);
         if let Some(end) = conductor.status().finished {
             return end;
@@ -51,7 +50,9 @@ pub fn pump<P: Plant>(stream: &mut dyn Stream, conductor: &mut Conductor<P>, pac
             conductor.timeout();
             continue;
         }
-        if let Err(e) = stream.write_all(&out) {
+        let written = stream.write_all(&out);
+        out.clear();
+        if let Err(e) = written {
             conductor.fail(cut(conductor.status().time_s, &e));
             continue;
         }
@@ -59,18 +60,39 @@ pub fn pump<P: Plant>(stream: &mut dyn Stream, conductor: &mut Conductor<P>, pac
             continue;
         }
         let patience = if flying { FRAME_PATIENCE } else { ANSWER_PATIENCE };
-        match stream.read_some(&mut buffer, patience) {
-            Ok(0) if flying && heard.elapsed() > SILENCE => {
+        match listen(stream, conductor, patience, &mut buffer, &mut out) {
+            Ok(true) => heard = Instant::now(),
+            Ok(false) if flying && heard.elapsed() > SILENCE => {
                 let what = format!("the frames since t = {:.2} s", conductor.status().time_s);
                 let waited_s = SILENCE.as_secs_f64();
                 conductor.fail(SessionError::NoAnswer { peer: "flight computer", what, waited_s });
             }
-            Ok(0) => conductor.timeout(),
-            Ok(n) => {
-                heard = Instant::now();
-                conductor.receive(&buffer[..n]);
-            }
+            Ok(false) => conductor.timeout(),
             Err(e) => conductor.fail(cut(conductor.status().time_s, &e)),
+        }
+    }
+}
+
+/// Listens until the conductor has something to say, for at most `patience`. False when it has not: bytes that change
+/// nothing are as good as none.
+fn listen<P: Plant>(
+    stream: &mut dyn Stream,
+    conductor: &mut Conductor<P>,
+    patience: Duration,
+    buffer: &mut [u8],
+    out: &mut Vec<u8>,
+) -> std::io::Result<bool> {
+    let due = Instant::now() + patience;
+    loop {
+        let left = due.saturating_duration_since(Instant::now());
+        let n = stream.read_some(buffer, left)?;
+        conductor.receive(&buffer[..n]);
+        conductor.transmit(out);
+        if !out.is_empty() || conductor.status().finished.is_some() {
+            return Ok(true);
+        }
+        if left.is_zero() {
+            return Ok(false);
         }
     }
 }

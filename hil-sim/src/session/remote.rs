@@ -16,7 +16,7 @@ const PATIENCE_STEP: Duration = Duration::from_millis(200);
 
 /// Where truth comes from, for a host that carries bytes between it and a flight computer.
 pub trait TruthEnd {
-    /// Hands over what the flight computer said and appends what it should hear next.
+    /// Hands over what the flight computer said and appends what it should hear next; nothing when none has come yet.
     ///
     /// # Errors
     /// The truth is lost.
@@ -45,6 +45,8 @@ pub struct RemoteTruth {
     /// Bytes of the session that came with the last message of the preamble.
     waiting: Vec<u8>,
     bytes_heard: u64,
+    /// Since when nothing has come.
+    silent_since: Option<Instant>,
     helper: Option<Helper>,
 }
 
@@ -81,7 +83,7 @@ impl RemoteTruth {
             }
         };
         let waiting = bench::order(stream.as_mut(), scenario, seed, run, nominal)?;
-        Ok(Self { stream, waiting, bytes_heard: 0, helper })
+        Ok(Self { stream, waiting, bytes_heard: 0, silent_since: None, helper })
     }
 
     /// Opens a pseudo-terminal and puts a truth simulator behind it: the `hil-sim` program where it lies beside this
@@ -115,7 +117,7 @@ impl RemoteTruth {
         let waiting = bench::order(stream.as_mut(), scenario, seed, run, nominal)?;
         // The simulator has its end open by now; with ours closed, its going away shows.
         drop(pair.slave);
-        Ok(Self { stream, waiting, bytes_heard: 0, helper: Some(helper) })
+        Ok(Self { stream, waiting, bytes_heard: 0, silent_since: None, helper: Some(helper) })
     }
 
     /// Whether another process simulates the flight.
@@ -141,25 +143,20 @@ impl TruthEnd for RemoteTruth {
             return Ok(());
         }
         let mut buffer = [0u8; 4096];
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            match self.stream.read_some(&mut buffer, PATIENCE_STEP) {
-                Ok(0) if Instant::now() > deadline => {
-                    let what = "in the session".into();
-                    return Err(SessionError::NoAnswer {
-                        peer: "truth simulator",
-                        what,
-                        waited_s: PATIENCE.as_secs_f64(),
-                    });
-                }
-                Ok(0) => {}
-                Ok(n) => {
-                    self.bytes_heard += n as u64;
-                    next.extend_from_slice(&buffer[..n]);
-                    return Ok(());
-                }
-                Err(e) => return Err(self.cut(&e)),
+        match self.stream.read_some(&mut buffer, PATIENCE_STEP) {
+            // Back to the caller, who may have been told to stop.
+            Ok(0) if self.silent_since.get_or_insert_with(Instant::now).elapsed() < PATIENCE => Ok(()),
+            Ok(0) => {
+                let waited_s = PATIENCE.as_secs_f64();
+                Err(SessionError::NoAnswer { peer: "truth simulator", what: "in the session".into(), waited_s })
             }
+            Ok(n) => {
+                self.silent_since = None;
+                self.bytes_heard += n as u64;
+                next.extend_from_slice(&buffer[..n]);
+                Ok(())
+            }
+            Err(e) => Err(self.cut(&e)),
         }
     }
 }
