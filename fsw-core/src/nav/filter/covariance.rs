@@ -157,7 +157,7 @@ impl Covariance {
     /// Prepares the first half of [`Covariance::check`], so that its cost spreads over two frames. The covariance must not
     /// change in between.
     pub fn begin_check(&mut self) {
-        self.schur_complement(0..HALF);
+        self.schur_complement::<0, HALF>();
     }
 
     /// Checks that the joint covariance is positive definite and restores it if it is not; true when it was restored.
@@ -171,7 +171,7 @@ impl Covariance {
             self.restart();
             return true;
         }
-        self.schur_complement(HALF..ESTIMATED);
+        self.schur_complement::<HALF, ESTIMATED>();
         let mut restored = false;
         for k in 0..ESTIMATED {
             let smallest = RELATIVE_PIVOT * self.start[k];
@@ -198,13 +198,14 @@ impl Covariance {
         restored
     }
 
-    /// Rows of the Schur complement.
-    fn schur_complement(&mut self, rows: core::ops::Range<usize>) {
+    /// Rows `FROM` to `TO` of the Schur complement; constants, so that no index needs a check at run time.
+    fn schur_complement<const FROM: usize, const TO: usize>(&mut self) {
+        const { assert!(FROM <= TO && TO <= ESTIMATED) };
         let mut inverse = [0.0; CONSIDERED];
         for c in 0..CONSIDERED {
             inverse[c] = if self.considered[c] > 0.0 { 1.0 / self.considered[c] } else { 0.0 };
         }
-        for i in rows {
+        for i in FROM..TO {
             let mut scaled = [0.0; CONSIDERED];
             for c in 0..CONSIDERED {
                 scaled[c] = self.rows[i][ESTIMATED + c] * inverse[c];
