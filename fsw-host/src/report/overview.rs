@@ -128,6 +128,9 @@ fn labels(panel: Panel, story: &Story<'_>, fastest: f64) -> Panel {
             // No room to the right: above, flush with the edge.
             return panel.note((-0.01 * fastest, point.1 + 24.0), text, Ink::Text, Anchor::End);
         }
+        if point.0 > -0.4 * fastest {
+            return panel.note((point.0, point.1 + 4.0), text, Ink::Text, Anchor::Middle);
+        }
         panel.note((point.0 + 0.014 * fastest, point.1 + 1.5), text, Ink::Text, Anchor::Start)
     })
 }

@@ -45,7 +45,7 @@ pub struct Pressure {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Radio {
-    /// Slot of the source in the loaded parameters, 0 to [`MAX_SOURCES`] − 1.
+    /// Slot of the source in the loaded parameters, 0 to [`MAX_SOURCES`](super::MAX_SOURCES) − 1.
     pub source: u8,
     /// Geometric range, m.
     pub range_m: f64,
