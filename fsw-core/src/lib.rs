@@ -2,7 +2,7 @@
 //!
 //! Ground floor first; a module imports only from those above it in this list.
 //!
-//! * [`time`] integer microseconds since the entry epoch. * [`units`], [`planet`] constants.
+//! * [`time`] integer microseconds since the entry epoch. * [`probe`] where execution cost is read. * [`units`], [`planet`] constants.
 //! * [`math`] elementary functions, comparisons, dual numbers, integrators, square-root tools, tables.
 //! * [`frames`] typed vectors, rotations, spherical states. * [`model`] the onboard model of planet, air and vehicle.
 //! * [`link`] packets and framing. * [`sensors`] validation and compensation. * [`nav`] strapdown and filter.
@@ -42,6 +42,7 @@ pub mod math;
 pub mod model;
 pub mod nav;
 pub mod planet;
+pub mod probe;
 pub mod sensors;
 pub mod time;
 pub mod units;

@@ -238,7 +238,7 @@ fn command(random: &mut Seeded) -> Command {
             BlockId::Navigation,
         ])),
         2 => Command::Arm { digest: random.next() as u32 },
-        3 => Command::Go,
+        3 => Command::Go { pace: Pace::LockStep },
         _ => Command::Inject(Injection::Overrun { frames: random.next() as u16 }),
     }
 }
@@ -336,7 +336,7 @@ impl Ground {
             self.arm();
         }
         assert!(self.computer.executive().is_armed());
-        self.send(MissionTime::ZERO, Uplink::Command(Command::Go));
+        self.send(MissionTime::ZERO, Uplink::Command(Command::Go { pace: Pace::LockStep }));
         assert_eq!(self.computer.executive().mode(), Mode::Coast);
     }
 
@@ -424,7 +424,7 @@ fn a_computer_with_sound_parameters_navigates_again_or_says_that_it_cannot() {
         ground.load(ParameterBlock::InitialKnowledge(high));
         ground.max_accel_radps2 = default.control.max_accel_radps2;
         ground.arm();
-        ground.send(MissionTime::ZERO, Uplink::Command(Command::Go));
+        ground.send(MissionTime::ZERO, Uplink::Command(Command::Go { pace: Pace::LockStep }));
         // Measurements of the gyros within range, else nonsense: the attitude survives for a while or does not.
         for _ in 0..200 {
             ground.send_absurd(&mut random);

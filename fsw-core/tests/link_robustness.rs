@@ -265,7 +265,8 @@ fn uplink() -> impl Strategy<Value = Uplink> {
         parameter_block().prop_map(Command::Load),
         any::<u8>().prop_map(|row| Command::ReadBack(BlockId::AeroRows(row))),
         any::<u32>().prop_map(|digest| Command::Arm { digest }),
-        Just(Command::Go),
+        Just(Command::Go { pace: Pace::RealTime }),
+        any::<bool>().prop_map(|on| Command::ReportCost { on }),
         any::<u16>().prop_map(|frames| Command::Inject(Injection::Overrun { frames })),
     ];
     prop_oneof![imu, pressure, radio, truth, hello, command.prop_map(Uplink::Command)]
@@ -295,7 +296,7 @@ fn downlink() -> impl Strategy<Value = Downlink> {
         (any::<u32>(), number(), any::<u16>(), any::<u8>()).prop_map(|(cycle, bank_rad, evaluations, reversals)| {
             Downlink::GuidanceTlm(GuidanceTlm { cycle, bank_rad, evaluations, reversals, ..GuidanceTlm::default() })
         });
-    let health = (prop::array::uniform6(any::<u32>()), any::<u32>()).prop_map(|(worst_cost, accepted)| {
+    let health = (prop::array::uniform8(any::<u32>()), any::<u32>()).prop_map(|(worst_cost, accepted)| {
         let rejects = RejectCounters { accepted, ..RejectCounters::default() };
         Downlink::HealthTlm(HealthTlm { worst_cost, rejects, ..HealthTlm::default() })
     });

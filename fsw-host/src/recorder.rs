@@ -89,7 +89,7 @@ impl Recorder {
             Downlink::GuidanceTlm(guidance) => record.guidance.push((frame.time, guidance)),
             Downlink::HealthTlm(health) => record.health.push((frame.time, health)),
             Downlink::Event(event) => record.events.push(event),
-            Downlink::Hello(_) | Downlink::CommandReply(_) => {}
+            Downlink::Hello(_) | Downlink::CommandReply(_) | Downlink::CostTlm(_) => {}
         }
     }
 

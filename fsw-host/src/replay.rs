@@ -164,6 +164,7 @@ impl Piece {
             Some(Downlink::HealthTlm(_)) => "HealthTlm",
             Some(Downlink::Event(_)) => "Event",
             Some(Downlink::CommandReply(_)) => "CommandReply",
+            Some(Downlink::CostTlm(_)) => "CostTlm",
         };
         kind.to_owned()
     }
@@ -176,6 +177,7 @@ fn comparable(mut frame: Frame<Downlink>) -> Frame<Downlink> {
         Downlink::HealthTlm(health) => {
             let blank = HealthTlm::default();
             health.worst_cost = blank.worst_cost;
+            health.worst_frame = blank.worst_frame;
             health.stack_high_water_bytes = blank.stack_high_water_bytes;
         }
         _ => {}
@@ -295,7 +297,7 @@ mod tests {
     }
 
     fn health(cost: u32, frames: u32) -> Vec<u8> {
-        let health = HealthTlm { worst_cost: [cost; 6], frames, ..HealthTlm::default() };
+        let health = HealthTlm { worst_cost: [cost; 8], worst_frame: cost, frames, ..HealthTlm::default() };
         encoded(3, Downlink::HealthTlm(health))
     }
 

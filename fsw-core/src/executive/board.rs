@@ -1,20 +1,33 @@
 //! [`Board`]: the flight computer on its hardware, reached through `embedded-io` and `embedded-hal` only.
 //!
-//! One [`Board::step`] waits for bytes, flies the frames they close, sends the answer and drives the discretes. The loop
-//! around it, the clock and the reset are the firmware's.
+//! One [`Board::step`] waits for bytes, collects them to a whole frame of the link, flies what it closes, sends the answer
+//! and drives the discretes. What it costs is measured between the last byte received and the first byte sent.
+//!
+//! After everything that one received frame caused, the board sends one more delimiter: an empty frame, which a receiver
+//! skips. A peer in lock-step counts them and so knows, without waiting, when nothing more will come.
 
 use core::fmt;
 
 use embedded_hal::digital::OutputPin;
-use embedded_io::{Read, Write};
+use embedded_io::{ErrorKind, Read, Write};
 
 use super::computer::FlightComputer;
-use super::cost::Probe;
 use crate::link::discretes::{DiscreteError, Discretes};
+use crate::link::framing::MAX_FRAME;
+use crate::link::packet::{Pace, RestartReport};
 use crate::link::port::{Port, PortError};
+use crate::probe::{Counter, FrameMeter};
+use crate::time::FRAME;
 
 /// Bytes taken from the stream at a time; a whole inertial frame fits.
 const READ_BYTES: usize = 64;
+/// Room for the answer to one packet: the packets of a frame with all telemetry and several events. A longer answer is
+/// sent piece by piece.
+const ANSWER_BYTES: usize = 2_048;
+/// A frame without inertial data for so long has to run without it, microseconds: one and a half frames.
+const OVERDUE_US: u32 = FRAME.0 + FRAME.0 / 2;
+/// The empty frame that ends an answer.
+const ACKNOWLEDGE: [u8; 1] = [0];
 
 /// What went wrong in a step. The flight goes on: the caller counts, reports and steps again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,46 +50,203 @@ impl fmt::Display for BoardError {
 
 impl core::error::Error for BoardError {}
 
-/// Flight computer, link and output lines.
-#[derive(Clone, Debug)]
-pub struct Board<S, A, F, W> {
-    port: Port<S>,
-    discretes: Discretes<A, F, W>,
-    computer: FlightComputer,
+/// A free-running clock of microseconds, wrapping.
+pub trait Clock {
+    /// Microseconds since some instant.
+    fn now_us(&mut self) -> u32;
 }
 
-impl<S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<S, A, F, W> {
+/// Flight computer, link and output lines. The computer is lent: it is large and stays where it was built.
+#[derive(Debug)]
+pub struct Board<'c, S, A, F, W> {
+    port: Port<S>,
+    discretes: Discretes<A, F, W>,
+    computer: &'c mut FlightComputer,
+    request: Gathered<MAX_FRAME>,
+    answer: Gathered<ANSWER_BYTES>,
+    /// When the last minor frame was closed.
+    frame_closed_us: u32,
+}
+
+impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S, A, F, W> {
     /// A computer in `Standby` on its hardware.
     #[must_use]
-    pub fn new(stream: S, discretes: Discretes<A, F, W>, build_id: u64) -> Self {
-        Self { port: Port::new(stream), discretes, computer: FlightComputer::new(build_id) }
+    pub fn new(stream: S, discretes: Discretes<A, F, W>, computer: &'c mut FlightComputer) -> Self {
+        Self {
+            port: Port::new(stream),
+            discretes,
+            computer,
+            request: Gathered::new(),
+            answer: Gathered::new(),
+            frame_closed_us: 0,
+        }
     }
 
-    /// The computer, for snapshots and for entering measured cost.
+    /// The computer, for snapshots.
     pub const fn computer_mut(&mut self) -> &mut FlightComputer {
-        &mut self.computer
+        self.computer
     }
 
-    /// Waits for bytes and does all that follows from them. The watchdog is kicked once for each step that closed a
-    /// minor frame.
+    /// The byte stream.
+    pub const fn stream_mut(&mut self) -> &mut S {
+        self.port.stream_mut()
+    }
+
+    /// Tells the link why the computer restarted.
+    ///
+    /// # Errors
+    /// The stream.
+    pub fn announce(&mut self, report: RestartReport) -> Result<(), BoardError> {
+        let Self { port, computer, answer, .. } = self;
+        computer.note_restart(report, |frame| answer.push_all(frame, |bytes| port.send(bytes)));
+        answer.flush(|bytes| port.send(bytes)).map_err(BoardError::Port)
+    }
+
+    /// Waits for bytes and does all that follows from them. A stream that times out lets a real-time flight run the
+    /// frames whose measurements did not come.
     ///
     /// # Errors
     /// The first failure of stream or lines; everything else of the step has been done.
-    pub fn step(&mut self, probe: &mut impl Probe) -> Result<(), BoardError> {
+    pub fn step<C: Counter>(&mut self, meter: &mut FrameMeter<C>, clock: &mut impl Clock) -> Result<(), BoardError> {
         let mut buffer = [0; READ_BYTES];
-        let bytes = self.port.receive(&mut buffer).map_err(BoardError::Port)?;
-        let frame_before = self.computer.executive().frame();
-        let mut sent = Ok(());
-        let port = &mut self.port;
-        self.computer.receive_probed(bytes, probe, |frame| sent = sent.and(port.send(frame)));
-        let driven = match self.computer.actuator() {
-            Some(actuator) if self.computer.executive().frame() != frame_before => {
-                let driven = self.discretes.apply(actuator);
-                driven.and(self.discretes.kick_watchdog())
+        let mut outcome = Ok(());
+        match self.port.receive(&mut buffer) {
+            Ok(bytes) => {
+                for byte in bytes {
+                    let full = self.request.push(*byte);
+                    if *byte == 0 || full {
+                        outcome = outcome.and(self.serve(*byte == 0, meter, clock));
+                    }
+                }
             }
+            Err(PortError::Read(ErrorKind::TimedOut)) => {}
+            Err(error) => outcome = Err(BoardError::Port(error)),
+        }
+        outcome.and(self.run_overdue(meter, clock))
+    }
+
+    /// Hands one received frame to the computer, measured, and sends the answer.
+    fn serve<C: Counter>(
+        &mut self,
+        delimited: bool,
+        meter: &mut FrameMeter<C>,
+        clock: &mut impl Clock,
+    ) -> Result<(), BoardError> {
+        let Self { port, computer, request, answer, .. } = self;
+        let frame_before = computer.executive().frame();
+        meter.resume();
+        computer.receive_probed(request.bytes(), meter, |frame| answer.push_all(frame, |bytes| port.send(bytes)));
+        meter.pause();
+        request.clear();
+        let closed = computer.executive().frame() != frame_before;
+        let told = self.tell(closed, meter, clock);
+        let acknowledged = if delimited { self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port) } else { Ok(()) };
+        told.and(acknowledged)
+    }
+
+    /// Runs the frames of a real-time flight whose inertial measurements did not come in time.
+    fn run_overdue<C: Counter>(&mut self, meter: &mut FrameMeter<C>, clock: &mut impl Clock) -> Result<(), BoardError> {
+        let is_overdue = clock.now_us().wrapping_sub(self.frame_closed_us) > OVERDUE_US;
+        if self.computer.executive().pace() == Pace::LockStep || !is_overdue {
+            return Ok(());
+        }
+        // The schedule goes on from when the frame was due, not from when it was found missing.
+        let due_us = self.frame_closed_us.wrapping_add(FRAME.0);
+        let Self { port, computer, answer, .. } = self;
+        meter.resume();
+        let ran = computer.run_overdue_frame(meter, |frame| answer.push_all(frame, |bytes| port.send(bytes)));
+        meter.pause();
+        let told = self.tell(ran, meter, clock);
+        self.frame_closed_us = due_us;
+        told
+    }
+
+    /// After a span: sends the answer, enters and reports what a closed frame cost, drives the lines. The watchdog is
+    /// kicked once for each.
+    fn tell<C: Counter>(
+        &mut self,
+        closed: bool,
+        meter: &mut FrameMeter<C>,
+        clock: &mut impl Clock,
+    ) -> Result<(), BoardError> {
+        let Self { port, computer, answer, discretes, .. } = self;
+        if let Some(cost) = meter.take() {
+            computer.enter_cost(cost);
+            computer.report_cost(|frame| answer.push_all(frame, |bytes| port.send(bytes)));
+        }
+        let sent = answer.flush(|bytes| port.send(bytes)).map_err(BoardError::Port);
+        let driven = match computer.actuator() {
+            Some(actuator) if closed => discretes.apply(actuator).and(discretes.kick_watchdog()),
             _ => Ok(()),
         };
-        sent.map_err(BoardError::Port).and(driven.map_err(BoardError::Discrete))
+        if closed {
+            self.frame_closed_us = clock.now_us();
+        }
+        sent.and(driven.map_err(BoardError::Discrete))
+    }
+}
+
+/// Bytes gathered until they are passed on together.
+#[derive(Clone, Debug)]
+struct Gathered<const N: usize> {
+    room: [u8; N],
+    length: usize,
+    failure: Option<PortError>,
+}
+
+impl<const N: usize> Gathered<N> {
+    const fn new() -> Self {
+        Self { room: [0; N], length: 0, failure: None }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.room.get(..self.length).unwrap_or(&[])
+    }
+
+    fn clear(&mut self) {
+        self.length = 0;
+    }
+
+    /// Takes a byte; true when there is room for no more.
+    fn push(&mut self, byte: u8) -> bool {
+        if let Some(slot) = self.room.get_mut(self.length) {
+            *slot = byte;
+            self.length += 1;
+        }
+        self.length >= N
+    }
+
+    /// Takes bytes; what was gathered before is passed on when they do not fit.
+    fn push_all(&mut self, bytes: &[u8], mut pass: impl FnMut(&[u8]) -> Result<(), PortError>) {
+        if bytes.len() > N - self.length.min(N) {
+            let passed = pass(self.bytes());
+            self.fail(passed);
+            self.clear();
+        }
+        match self.room.get_mut(self.length..self.length.saturating_add(bytes.len())) {
+            Some(room) => {
+                room.copy_from_slice(bytes);
+                self.length += bytes.len();
+            }
+            None => {
+                let passed = pass(bytes);
+                self.fail(passed);
+            }
+        }
+    }
+
+    /// Passes on what was gathered; the first failure since the last flush.
+    fn flush(&mut self, mut pass: impl FnMut(&[u8]) -> Result<(), PortError>) -> Result<(), PortError> {
+        let passed = if self.length > 0 { pass(self.bytes()) } else { Ok(()) };
+        self.fail(passed);
+        self.clear();
+        self.failure.take().map_or(Ok(()), Err)
+    }
+
+    fn fail(&mut self, passed: Result<(), PortError>) {
+        if let Err(error) = passed {
+            self.failure.get_or_insert(error);
+        }
     }
 }
 
@@ -84,10 +254,9 @@ impl<S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<S, A, F, W
 mod tests {
     use super::*;
     use crate::config::Config;
-    use crate::executive::NoProbe;
     use crate::link::framing::MAX_FRAME;
     use crate::link::packet::RejectCounters;
-    use crate::link::packet::{Actuator, Command, Downlink, Hello, Imu, Uplink};
+    use crate::link::packet::{Actuator, Command, Downlink, EventKind, Hello, Imu, RestartReason, Uplink};
     use crate::link::receiver::{Receiver, Sender};
     use crate::time::MissionTime;
     use embedded_hal::digital::{ErrorKind, ErrorType, PinState};
@@ -101,6 +270,8 @@ mod tests {
     struct Line {
         inbound: VecDeque<u8>,
         outbound: Vec<u8>,
+        /// With nothing left to read it times out; else it is closed.
+        silent: bool,
     }
 
     impl embedded_io::ErrorType for Line {
@@ -110,6 +281,9 @@ mod tests {
     impl Read for Line {
         fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Self::Error> {
             let count = buffer.len().min(7).min(self.inbound.len());
+            if count == 0 && self.silent {
+                return Err(embedded_io::ErrorKind::TimedOut);
+            }
             for slot in buffer.iter_mut().take(count) {
                 *slot = self.inbound.pop_front().unwrap();
             }
@@ -171,20 +345,45 @@ mod tests {
         bytes
     }
 
-    fn flight(frames: u32) -> Vec<(u32, Uplink)> {
+    fn flight(frames: u32, pace: Pace) -> Vec<(u32, Uplink)> {
         let mut packets = std::vec![
             (0, Uplink::Hello(Hello::ours(1))),
             (0, Uplink::Command(Command::Arm { digest: Config::DEFAULT.digest() })),
-            (0, Uplink::Command(Command::Go)),
+            (0, Uplink::Command(Command::Go { pace })),
         ];
         packets.extend((1..=frames).map(|frame| (frame, Uplink::Imu(Imu::default()))));
         packets
     }
 
-    fn run(board: &mut Board<Line, Pin, Pin, Pin>) -> Vec<BoardError> {
-        let mut errors = Vec::new();
+    /// Counts a hundred at every reading.
+    #[derive(Default)]
+    struct Hundreds(u32);
+
+    impl Counter for Hundreds {
+        fn restart(&mut self) {
+            self.0 = 0;
+        }
+
+        fn read(&mut self) -> u32 {
+            self.0 += 100;
+            self.0
+        }
+    }
+
+    /// A clock that is set from outside.
+    #[derive(Clone, Default)]
+    struct Hand(Rc<Cell<u32>>);
+
+    impl Clock for Hand {
+        fn now_us(&mut self) -> u32 {
+            self.0.get()
+        }
+    }
+
+    fn run(board: &mut Board<'_, Line, Pin, Pin, Pin>) -> Vec<BoardError> {
+        let (mut errors, mut meter) = (Vec::new(), FrameMeter::new(Hundreds::default()));
         loop {
-            match board.step(&mut NoProbe) {
+            match board.step(&mut meter, &mut Hand::default()) {
                 Err(BoardError::Port(PortError::Closed)) => return errors,
                 Err(error) => errors.push(error),
                 Ok(()) => {}
@@ -192,18 +391,26 @@ mod tests {
         }
     }
 
-    fn actuators(bytes: &[u8]) -> Vec<Actuator> {
+    fn packets(bytes: &[u8]) -> Vec<Downlink> {
         let (mut receiver, mut counters) = (Receiver::<Downlink>::new(), RejectCounters::default());
-        let packets = bytes.iter().filter_map(|b| receiver.push(*b, &mut counters));
-        packets.filter_map(|f| if let Downlink::Actuator(a) = f.packet { Some(a) } else { None }).collect()
+        bytes.iter().filter_map(|b| receiver.push(*b, &mut counters)).map(|f| f.packet).collect()
+    }
+
+    fn actuators(bytes: &[u8]) -> Vec<Actuator> {
+        packets(bytes).into_iter().filter_map(|p| if let Downlink::Actuator(a) = p { Some(a) } else { None }).collect()
+    }
+
+    fn lines() -> Discretes<Pin, Pin, Pin> {
+        Discretes::new(Pin::default(), Pin::default(), Pin::default()).unwrap()
     }
 
     #[test]
     fn a_board_flies_the_frames_it_reads_and_kicks_the_watchdog_for_each() {
-        let line = Line { inbound: script(&flight(40)), outbound: Vec::new() };
+        let line = Line { inbound: script(&flight(40, Pace::LockStep)), outbound: Vec::new(), silent: false };
         let (arm, fire, watchdog) = (Pin::default(), Pin::default(), Pin::default());
         let lines = Discretes::new(arm.clone(), fire.clone(), watchdog.clone()).unwrap();
-        let mut board = Board::new(line, lines, 7);
+        let mut computer = FlightComputer::new(7);
+        let mut board = Board::new(line, lines, &mut computer);
         assert!(run(&mut board).is_empty());
         let frames: Vec<u32> = actuators(&board.port.stream_mut().outbound).iter().map(|a| a.frame).collect();
         assert_eq!(frames, (1..=40).collect::<Vec<_>>());
@@ -213,14 +420,90 @@ mod tests {
     }
 
     #[test]
+    fn every_delimiter_received_is_acknowledged_by_one_empty_frame_behind_the_answer() {
+        let mut inbound = script(&flight(20, Pace::LockStep));
+        inbound.extend([0, 17, 33, 0]); // an empty frame and a damaged one, to which nothing is answered
+        let received = inbound.iter().filter(|b| **b == 0).count();
+        let mut computer = FlightComputer::new(7);
+        let mut board = Board::new(Line { inbound, outbound: Vec::new(), silent: false }, lines(), &mut computer);
+        assert!(run(&mut board).is_empty());
+        let sent = core::mem::take(&mut board.port.stream_mut().outbound);
+        let empty =
+            sent.iter().scan(0, |before, b| Some((core::mem::replace(before, *b), *b))).filter(|p| *p == (0, 0));
+        assert_eq!(empty.count(), received);
+        assert_eq!(sent.last(), Some(&0));
+        assert_eq!(actuators(&sent).len(), 20);
+    }
+
+    #[test]
+    fn the_cost_of_each_frame_is_entered_with_the_next_and_reported_when_asked() {
+        let mut packets_up = flight(30, Pace::LockStep);
+        packets_up.insert(1, (0, Uplink::Command(Command::ReportCost { on: true })));
+        let mut computer = FlightComputer::new(7);
+        let line = Line { inbound: script(&packets_up), outbound: Vec::new(), silent: false };
+        let mut board = Board::new(line, lines(), &mut computer);
+        assert!(run(&mut board).is_empty());
+        let costs: Vec<_> = packets(&board.port.stream_mut().outbound)
+            .into_iter()
+            .filter_map(|p| if let Downlink::CostTlm(c) = p { Some(c) } else { None })
+            .collect();
+        assert_eq!(costs.iter().map(|c| c.frame).collect::<Vec<_>>(), (1..=30).collect::<Vec<_>>());
+        assert!(costs.iter().all(|c| c.slots.iter().all(|s| *s >= 100) && c.whole >= c.slots.iter().sum()));
+        assert_eq!(computer.executive().cost.worst_frame, costs.iter().take(29).map(|c| c.whole).max().unwrap());
+    }
+
+    #[test]
+    fn a_board_that_restarted_by_itself_says_why_at_once_and_after_each_greeting() {
+        let report = RestartReport { reason: RestartReason::Watchdog, frame: 123, address: 0x2000_0010 };
+        let inbound = script(&[(0, Uplink::Hello(Hello::ours(1)))]);
+        let mut computer = FlightComputer::new(7);
+        let mut board = Board::new(Line { inbound, outbound: Vec::new(), silent: false }, lines(), &mut computer);
+        board.announce(report).unwrap();
+        let told = |bytes: &[u8]| {
+            packets(bytes)
+                .iter()
+                .filter(|p| matches!(p, Downlink::Event(e) if e.kind == EventKind::Restarted(report)))
+                .count()
+        };
+        assert_eq!(told(&board.port.stream_mut().outbound), 1);
+        assert!(run(&mut board).is_empty());
+        assert_eq!(told(&board.port.stream_mut().outbound), 2);
+    }
+
+    #[test]
     fn a_broken_line_is_told_and_the_flight_goes_on() {
-        let line = Line { inbound: script(&flight(10)), outbound: Vec::new() };
+        let line = Line { inbound: script(&flight(10, Pace::LockStep)), outbound: Vec::new(), silent: false };
         let watchdog = Pin::default();
         let lines = Discretes::new(Pin::default(), Pin::default(), watchdog.clone()).unwrap();
-        let mut board = Board::new(line, lines, 7);
+        let mut computer = FlightComputer::new(7);
+        let mut board = Board::new(line, lines, &mut computer);
         watchdog.broken.set(true);
         let errors = run(&mut board);
         assert_eq!(errors, [BoardError::Discrete(DiscreteError::Watchdog(ErrorKind::Other)); 10]);
         assert_eq!(board.computer_mut().executive().frame(), 10);
+    }
+
+    /// What a board does whose sensors fall silent after `frames` frames, while its clock goes on for 40 frames.
+    fn silence(pace: Pace, frames: u32) -> (u32, u32) {
+        let line = Line { inbound: script(&flight(frames, pace)), outbound: Vec::new(), silent: true };
+        let mut computer = FlightComputer::new(7);
+        let mut board = Board::new(line, lines(), &mut computer);
+        let (mut meter, clock) = (FrameMeter::new(Hundreds::default()), Hand::default());
+        while !board.port.stream_mut().inbound.is_empty() {
+            board.step(&mut meter, &mut clock.clone()).unwrap();
+        }
+        for _ in 0..80 {
+            clock.0.set(clock.0.get() + FRAME.0 / 2);
+            board.step(&mut meter, &mut clock.clone()).unwrap();
+        }
+        (board.computer_mut().executive().frame(), board.computer_mut().executive().rejects.missed_frames)
+    }
+
+    #[test]
+    fn in_real_time_frames_without_measurements_run_on_the_boards_clock_and_in_lock_step_they_wait() {
+        let (frame, missed) = silence(Pace::RealTime, 5);
+        assert!((43..=45).contains(&frame), "frame {frame} after 40 frames of silence");
+        assert_eq!(missed, frame - 5);
+        assert_eq!(silence(Pace::LockStep, 5), (5, 0));
     }
 }

@@ -1,22 +1,22 @@
 //! [`FlightComputer`]: the executive behind a byte stream. Bytes in, at most one burst of frames out; no clock, no
 //! waiting. A host, a test and a board run exactly this.
 
-use super::cost::{MeasuredCost, NoProbe, Probe};
 use super::tick::{Executive, Outputs};
 use crate::fault::PENDING_EVENTS;
 use crate::link::framing::MAX_FRAME;
 use crate::link::packet::{
-    Actuator, Command, CommandOutcome, CommandReply, Downlink, EventKind, Frame, Hello, Imu, Injection, Mode, Refusal,
-    Severity, Uplink,
+    Actuator, Command, CommandOutcome, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Hello, Imu, Injection,
+    Mode, Pace, Refusal, RestartReport, Severity, Uplink,
 };
 use crate::link::parameters::BlockId;
 use crate::link::receiver::{Receiver, Sender};
+use crate::probe::{Kernel, MeasuredCost, NoProbe, Probe, SlotId};
 use crate::sensors::FrameInputs;
 use crate::time::MissionTime;
 
 /// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
 /// packets that follow, so that the cost of a packet stays bounded.
-pub const MAX_BRIDGED_FRAMES: u32 = 50;
+pub const MAX_BRIDGED_FRAMES: u32 = 10;
 /// Minor frames that may be missing before an inertial measurement without more ado. A larger jump of its time stamp
 /// counts as early until the next measurement follows on it: one wrong time stamp must not run the flight ahead of
 /// the vehicle, because the frames of the time jumped over would all come late.
@@ -35,6 +35,21 @@ pub struct FlightComputer {
     actuator: Option<Actuator>,
     /// Minor frame of the last inertial measurement, if it lay too far ahead to be run.
     jumped_to: Option<u32>,
+    /// Why the computer runs at all, if it restarted by itself.
+    restarted: Option<RestartReport>,
+    restart: Restart,
+    reports_cost: bool,
+}
+
+/// Whether the computer begins again when told to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Restart {
+    /// Never: what flies.
+    Refused,
+    /// It may be asked to.
+    Allowed,
+    /// It has been asked to.
+    Asked,
 }
 
 impl FlightComputer {
@@ -51,6 +66,39 @@ impl FlightComputer {
             peer_refused: false,
             actuator: None,
             jumped_to: None,
+            restarted: None,
+            restart: Restart::Refused,
+            reports_cost: false,
+        }
+    }
+
+    /// Lets [`Injection::Restart`] be obeyed: for test images that replay several flights in one boot.
+    #[must_use]
+    pub fn restartable(mut self) -> Self {
+        self.restart = Restart::Allowed;
+        self
+    }
+
+    /// Begins again in `Standby` if it was asked to; true when it did.
+    pub fn restart_if_asked(&mut self) -> bool {
+        let asked = self.restart == Restart::Asked;
+        if asked {
+            *self = Self::new(self.build_id).restartable();
+        }
+        asked
+    }
+
+    /// Notes that the computer has restarted by itself: told at once, and again after each greeting in `Standby`.
+    pub fn note_restart(&mut self, report: RestartReport, mut transmit: impl FnMut(&[u8])) {
+        self.restarted = Some(report);
+        self.tell_restart(&mut transmit);
+    }
+
+    fn tell_restart(&mut self, transmit: &mut impl FnMut(&[u8])) {
+        if let Some(report) = self.restarted {
+            let (time, severity) = (MissionTime::ZERO, Severity::Fault);
+            let event = Event { time, severity, kind: EventKind::Restarted(report) };
+            self.send(time, Downlink::Event(event), &mut NoProbe, transmit);
         }
     }
 
@@ -66,9 +114,19 @@ impl FlightComputer {
         self.actuator.as_ref()
     }
 
-    /// Enters what the frame before cost; recorded with the next frame.
+    /// Enters what the frame before cost, in instructions of the reference computer; recorded with the next frame.
     pub fn enter_cost(&mut self, cost: MeasuredCost) {
         self.cost = cost;
+    }
+
+    /// Sends the cost last entered as a packet, if that was asked for. Its own cost belongs to no frame.
+    pub fn report_cost(&mut self, mut transmit: impl FnMut(&[u8])) {
+        if self.reports_cost {
+            let frame = self.executive.frame();
+            let MeasuredCost { whole, slots, kernels, units, stack_high_water_bytes } = self.cost;
+            let packet = CostTlm { frame, whole, slots, kernels, units, stack_high_water_bytes };
+            self.send(MissionTime::of_frame(frame), Downlink::CostTlm(packet), &mut NoProbe, &mut transmit);
+        }
     }
 
     /// Takes received bytes and hands each encoded frame of the answer to `transmit`.
@@ -80,9 +138,26 @@ impl FlightComputer {
     pub fn receive_probed(&mut self, bytes: &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
         for byte in bytes {
             if let Some(frame) = self.receiver.push(*byte, &mut self.executive.rejects) {
+                probe.kernel_done(Kernel::Decode, 1);
+                probe.slot_done(SlotId::Receive);
                 self.handle(frame, probe, &mut transmit);
             }
         }
+        probe.slot_done(SlotId::Receive);
+    }
+
+    /// In a real-time flight runs the next minor frame without an inertial measurement, because none came in time; true
+    /// when it did. In lock-step a frame waits.
+    pub fn run_overdue_frame(&mut self, probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) -> bool {
+        let overdue = self.executive.pace() == Pace::RealTime && self.executive.mode() != Mode::Standby;
+        if overdue {
+            let rejects = &mut self.executive.rejects;
+            rejects.missed_frames = rejects.missed_frames.saturating_add(1);
+            let now = MissionTime::of_frame(self.executive.frame().saturating_add(1));
+            let inputs = core::mem::take(&mut self.inputs);
+            self.run_frame(now, &inputs, probe, &mut transmit);
+        }
+        overdue
     }
 
     fn handle(&mut self, frame: Frame<Uplink>, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
@@ -92,12 +167,12 @@ impl FlightComputer {
             return;
         }
         match packet {
-            Uplink::Hello(hello) => self.greet(&hello, transmit),
+            Uplink::Hello(hello) => self.greet(&hello, probe, transmit),
             Uplink::Command(command) => {
                 let outcome = self.obey(command, time);
                 let reply = CommandReply { to_sequence: sequence, outcome };
-                self.send(time, Downlink::CommandReply(reply), transmit);
-                self.send_events(transmit);
+                self.send(time, Downlink::CommandReply(reply), probe, transmit);
+                self.send_events(probe, transmit);
             }
             // Simulation only: the truth of a frame already closed (the entry epoch) tells nothing new.
             Uplink::Truth(_) if time.frame_index() <= self.executive.frame() => {}
@@ -111,12 +186,15 @@ impl FlightComputer {
     /// The answer to a Hello is ours, whatever theirs says, so that the peer can tell its user what differs. Nothing
     /// else of a peer that does not match is listened to: bytes that happen to decode would mean something else to it.
     /// In flight a greeting changes nothing: a stray one must not cut the vehicle off from its sensors.
-    fn greet(&mut self, theirs: &Hello, transmit: &mut impl FnMut(&[u8])) {
+    fn greet(&mut self, theirs: &Hello, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         if self.executive.mode() == Mode::Standby {
             self.peer_refused = theirs.check().is_err();
         }
         let ours = Hello::ours(self.build_id);
-        self.send(MissionTime::ZERO, Downlink::Hello(ours), transmit);
+        self.send(MissionTime::ZERO, Downlink::Hello(ours), probe, transmit);
+        if self.executive.mode() == Mode::Standby {
+            self.tell_restart(transmit);
+        }
     }
 
     fn obey(&mut self, command: Command, now: MissionTime) -> CommandOutcome {
@@ -125,10 +203,19 @@ impl FlightComputer {
             Command::Load(block) => self.executive.config.apply(&block),
             Command::ReadBack(id) => return self.read_back(id),
             Command::Arm { digest } => self.arm(digest, now),
-            Command::Go if !self.executive.is_armed() => Err(Refusal::NotArmed),
-            Command::Go => self.executive.go().then_some(()).ok_or(Refusal::WrongMode),
+            Command::Go { .. } if !self.executive.is_armed() => Err(Refusal::NotArmed),
+            Command::Go { pace } => self.executive.go(pace).then_some(()).ok_or(Refusal::WrongMode),
             Command::Inject(Injection::Overrun { frames }) => {
                 self.executive.cost.inject_overrun(frames);
+                Ok(())
+            }
+            Command::Inject(Injection::Restart) if self.restart == Restart::Refused => Err(Refusal::WrongMode),
+            Command::Inject(Injection::Restart) => {
+                self.restart = Restart::Asked;
+                Ok(())
+            }
+            Command::ReportCost { on } => {
+                self.reports_cost = on;
                 Ok(())
             }
         };
@@ -214,32 +301,35 @@ impl FlightComputer {
         let cost = self.cost;
         let Outputs { actuator, navigation, guidance, health } = self.executive.tick(now, inputs, &cost, probe);
         if let Some(tlm) = navigation {
-            self.send(now, Downlink::NavTlm(tlm), transmit);
+            self.send(now, Downlink::NavTlm(tlm), probe, transmit);
         }
         if let Some(tlm) = guidance {
-            self.send(now, Downlink::GuidanceTlm(tlm), transmit);
+            self.send(now, Downlink::GuidanceTlm(tlm), probe, transmit);
         }
         if let Some(tlm) = health {
-            self.send(now, Downlink::HealthTlm(tlm), transmit);
+            self.send(now, Downlink::HealthTlm(tlm), probe, transmit);
         }
-        self.send_events(transmit);
-        self.send(now, Downlink::Actuator(actuator), transmit);
+        self.send_events(probe, transmit);
+        self.send(now, Downlink::Actuator(actuator), probe, transmit);
         self.actuator = Some(actuator);
+        probe.slot_done(SlotId::Transmit);
+        probe.frame_done();
     }
 
-    fn send_events(&mut self, transmit: &mut impl FnMut(&[u8])) {
+    fn send_events(&mut self, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         for _ in 0..PENDING_EVENTS {
             let Some(event) = self.executive.log.next_pending() else { return };
-            self.send(event.time, Downlink::Event(event), transmit);
+            self.send(event.time, Downlink::Event(event), probe, transmit);
         }
     }
 
-    fn send(&mut self, time: MissionTime, packet: Downlink, transmit: &mut impl FnMut(&[u8])) {
+    fn send(&mut self, time: MissionTime, packet: Downlink, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         let mut out = [0; MAX_FRAME];
         // A packet always fits: the buffer is sized by the largest one.
         if let Ok(bytes) = self.sender.encode(time, packet, &mut out) {
             transmit(bytes);
         }
+        probe.kernel_done(Kernel::Encode, 1);
     }
 }
 

@@ -36,7 +36,7 @@ impl Ground {
 
     fn flying() -> Self {
         let mut ground = Self::armed();
-        assert_eq!(ground.command(Command::Go), CommandOutcome::Accepted);
+        assert_eq!(ground.command(Command::Go { pace: Pace::LockStep }), CommandOutcome::Accepted);
         ground
     }
 
@@ -82,10 +82,10 @@ fn a_peer_of_another_version_is_told_so_and_not_obeyed() {
     let mut ground = Ground::new();
     let other = Hello { protocol_version: 999, ..Hello::ours(1) };
     assert_eq!(ground.send(MissionTime::ZERO, Uplink::Hello(other)).len(), 1);
-    assert!(ground.send(MissionTime::ZERO, Uplink::Command(Command::Go)).is_empty());
+    assert!(ground.send(MissionTime::ZERO, Uplink::Command(Command::Go { pace: Pace::LockStep })).is_empty());
     assert_eq!(ground.rejects().decode, 1);
     ground.hello();
-    assert_eq!(ground.command(Command::Go), CommandOutcome::Refused(Refusal::NotArmed));
+    assert_eq!(ground.command(Command::Go { pace: Pace::LockStep }), CommandOutcome::Refused(Refusal::NotArmed));
 }
 
 #[test]
@@ -106,9 +106,9 @@ fn parameters_are_read_back_and_frozen_by_arming() {
 fn go_needs_arming_and_works_once() {
     let mut ground = Ground::new();
     ground.hello();
-    assert_eq!(ground.command(Command::Go), CommandOutcome::Refused(Refusal::NotArmed));
+    assert_eq!(ground.command(Command::Go { pace: Pace::LockStep }), CommandOutcome::Refused(Refusal::NotArmed));
     let mut ground = Ground::flying();
-    assert_eq!(ground.command(Command::Go), CommandOutcome::Refused(Refusal::WrongMode));
+    assert_eq!(ground.command(Command::Go { pace: Pace::LockStep }), CommandOutcome::Refused(Refusal::WrongMode));
 }
 
 #[test]

@@ -1,42 +1,25 @@
 //! Execution cost: measured by the caller, entered as an input of the next tick, kept as worst values.
 //!
-//! The core owns no clock. A [`Probe`] is told when a slot is done; what it measured comes back as [`MeasuredCost`]
-//! with the next frame, so that a replay sees the same numbers, and no verdict of a lock-step flight depends on them.
+//! What a [`Probe`](crate::probe::Probe) measured comes back as [`MeasuredCost`] with the next frame, so that a replay
+//! sees the same numbers. Only a real-time flight acts on a measured overrun; an injected one is acted on in any flight.
 
-use super::schedule::{SCHEDULE, SlotId};
+use super::schedule::{FRAME_BUDGET, SCHEDULE};
 use crate::fault::EventLog;
-use crate::link::packet::{EventKind, SLOT_COUNT, Severity};
+use crate::link::packet::{EventKind, Pace, Severity};
+use crate::probe::{MeasuredCost, SLOT_COUNT, SlotId};
 use crate::time::{FRAMES_PER_SECOND, MissionTime};
 
-/// Told when each slot of a frame is done.
-pub trait Probe {
-    /// The slot has just ended.
-    fn slot_done(&mut self, slot: SlotId);
-}
-
-/// A probe that measures nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoProbe;
-
-impl Probe for NoProbe {
-    fn slot_done(&mut self, _slot: SlotId) {}
-}
-
-/// Cost of the frame before, in the caller's unit (instructions on target); zero where not measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MeasuredCost {
-    /// Per slot.
-    pub slots: [u32; SLOT_COUNT],
-    /// Deepest stack use so far, bytes.
-    pub stack_high_water_bytes: u32,
-}
+/// Slot number that stands for the whole frame in the event of an overrun.
+pub const WHOLE_FRAME: u8 = SLOT_COUNT as u8;
 
 /// Worst costs and overruns so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CostLedger {
     /// Worst cost per slot.
     pub worst: [u32; SLOT_COUNT],
-    /// Frames in which a slot exceeded its budget.
+    /// Worst cost of a whole frame.
+    pub worst_frame: u32,
+    /// Frames in which a slot, or the frame, exceeded its budget.
     pub slips: u16,
     /// Deepest stack use, bytes.
     pub stack_high_water_bytes: u32,
@@ -48,7 +31,14 @@ impl CostLedger {
     /// A ledger that has seen nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self { worst: [0; SLOT_COUNT], slips: 0, stack_high_water_bytes: 0, last_event_frame: None, injected_frames: 0 }
+        Self {
+            worst: [0; SLOT_COUNT],
+            worst_frame: 0,
+            slips: 0,
+            stack_high_water_bytes: 0,
+            last_event_frame: None,
+            injected_frames: 0,
+        }
     }
 
     /// Makes the next `frames` frames count as overrun, for tests of the response.
@@ -56,56 +46,88 @@ impl CostLedger {
         self.injected_frames = frames;
     }
 
-    /// Enters the cost of the frame before; an overrun is counted each time and logged once a second at most.
-    pub fn enter(&mut self, now: MissionTime, frame: u32, cost: &MeasuredCost, log: &mut EventLog) {
-        if cost.stack_high_water_bytes > self.stack_high_water_bytes {
-            self.stack_high_water_bytes = cost.stack_high_water_bytes;
-        }
-        let mut over: Option<(u8, u32, u32)> = None;
-        for ((slot, spent), worst) in SCHEDULE.iter().zip(cost.slots).zip(self.worst.iter_mut()) {
-            let injected = self.injected_frames > 0 && slot.id == SlotId::Guidance;
-            let spent = if injected { slot.budget.saturating_mul(2) } else { spent };
-            if spent > *worst {
-                *worst = spent;
-            }
-            if spent > slot.budget && over.is_none() {
-                over = Some((slot.id as u8, spent, slot.budget));
-            }
-        }
+    /// Enters the cost of the frame before; an overrun is counted each time and logged once a second at most. True when
+    /// guidance has to shed its work of this frame.
+    pub fn enter(&mut self, now: MissionTime, pace: Pace, cost: &MeasuredCost, log: &mut EventLog) -> bool {
+        let frame = now.frame_index();
+        let injected = self.injected_frames > 0;
         self.injected_frames = self.injected_frames.saturating_sub(1);
-        let Some((slot, cost, budget)) = over else { return };
+        raise(&mut self.stack_high_water_bytes, cost.stack_high_water_bytes);
+        raise(&mut self.worst_frame, cost.whole);
+        for (spent, worst) in cost.slots.iter().zip(self.worst.iter_mut()) {
+            raise(worst, *spent);
+        }
+        let Some((slot, cost, budget)) = overrun(cost, injected) else { return false };
         self.slips = self.slips.saturating_add(1);
         if self.last_event_frame.is_none_or(|last| frame.wrapping_sub(last) >= FRAMES_PER_SECOND) {
             log.record(now, Severity::Warning, EventKind::FrameOverrun { slot, cost, budget });
             self.last_event_frame = Some(frame);
         }
+        injected || pace == Pace::RealTime
     }
+}
+
+fn raise(worst: &mut u32, spent: u32) {
+    if spent > *worst {
+        *worst = spent;
+    }
+}
+
+/// The first slot beyond its budget, or the frame beyond its own: which, cost, budget. An injected overrun is one of
+/// guidance, by as much again as its budget.
+fn overrun(cost: &MeasuredCost, injected: bool) -> Option<(u8, u32, u32)> {
+    let spent = |id: SlotId, measured: u32, budget: u32| {
+        if injected && id == SlotId::Guidance { budget.saturating_mul(2) } else { measured }
+    };
+    let mut slots =
+        SCHEDULE.iter().zip(cost.slots).map(|(slot, c)| (slot.id as u8, spent(slot.id, c, slot.budget), slot.budget));
+    let slot = slots.find(|(_, cost, budget)| cost > budget);
+    slot.or_else(|| (cost.whole > FRAME_BUDGET).then_some((WHOLE_FRAME, cost.whole, FRAME_BUDGET)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn an_injected_overrun_is_counted_each_frame_and_logged_once_a_second() {
-        let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());
-        ledger.inject_overrun(60);
-        for frame in 0..100 {
-            ledger.enter(MissionTime::of_frame(frame), frame, &MeasuredCost::default(), &mut log);
-        }
-        assert_eq!(ledger.slips, 60);
-        assert_eq!(log.last().count(), 2);
+    fn enter(ledger: &mut CostLedger, log: &mut EventLog, frame: u32, pace: Pace, cost: &MeasuredCost) -> bool {
+        ledger.enter(MissionTime::of_frame(frame), pace, cost, log)
     }
 
     #[test]
-    fn the_worst_cost_of_a_slot_is_kept() {
+    fn an_injected_overrun_is_counted_each_frame_logged_once_a_second_and_sheds_guidance() {
+        let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());
+        ledger.inject_overrun(60);
+        let shed = (0..100).filter(|f| enter(&mut ledger, &mut log, *f, Pace::LockStep, &MeasuredCost::NONE)).count();
+        assert_eq!((shed, ledger.slips), (60, 60));
+        assert_eq!(log.last().count(), 2);
+        assert_eq!(ledger.worst, [0; SLOT_COUNT], "an injected overrun is no measurement");
+    }
+
+    #[test]
+    fn a_measured_overrun_is_always_reported_and_acted_on_only_in_real_time() {
+        let mut slot = MeasuredCost::NONE;
+        slot.slots[SlotId::Control as usize] = 3_001;
+        let whole = MeasuredCost { whole: FRAME_BUDGET + 1, ..MeasuredCost::NONE };
+        for (cost, name) in [(slot, SlotId::Control as u8), (whole, WHOLE_FRAME)] {
+            let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());
+            assert!(!enter(&mut ledger, &mut log, 1, Pace::LockStep, &cost));
+            assert!(enter(&mut ledger, &mut log, 2, Pace::RealTime, &cost));
+            assert_eq!(ledger.slips, 2);
+            let events: std::vec::Vec<_> = log.last().collect();
+            assert!(
+                matches!(events[..], [e] if matches!(e.kind, EventKind::FrameOverrun { slot, .. } if slot == name))
+            );
+        }
+    }
+
+    #[test]
+    fn the_worst_cost_of_slots_and_frame_is_kept() {
         let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());
         for cost in [3, 9, 5] {
-            let mut measured = MeasuredCost::default();
+            let mut measured = MeasuredCost { whole: 10 * cost, ..MeasuredCost::NONE };
             measured.slots[1] = cost;
-            ledger.enter(MissionTime::ZERO, 0, &measured, &mut log);
+            enter(&mut ledger, &mut log, 0, Pace::LockStep, &measured);
         }
-        assert_eq!(ledger.worst[1], 9);
-        assert_eq!(ledger.slips, 0);
+        assert_eq!((ledger.worst[1], ledger.worst_frame, ledger.slips), (9, 90, 0));
     }
 }

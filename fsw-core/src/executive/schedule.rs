@@ -1,24 +1,7 @@
 //! The schedule: which slot runs in which minor frame and what it may cost. `const` data, checked by the compiler.
 
-use crate::link::packet::SLOT_COUNT;
+use crate::probe::{SLOT_COUNT, SlotId};
 use crate::time::FRAMES_PER_SECOND;
-
-/// A piece of the minor frame whose cost is measured on its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SlotId {
-    /// Validation of the sensor packets.
-    Sensors = 0,
-    /// Strapdown and filter.
-    Navigation = 1,
-    /// Guidance quota.
-    Guidance = 2,
-    /// Bank control and parachute trigger.
-    Control = 3,
-    /// Monitors and mode.
-    Fault = 4,
-    /// Building of the telemetry packets.
-    Telemetry = 5,
-}
 
 /// One row of the schedule.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +26,14 @@ pub const HEALTH_FRAMES: u32 = FRAMES_PER_SECOND;
 /// The schedule, in the order of execution within a minor frame. Filter and guidance slice their own 10 Hz and 1 Hz
 /// work evenly over the frames, hence run in each of them.
 pub const SCHEDULE: [Slot; SLOT_COUNT] = [
-    Slot { id: SlotId::Sensors, name: "sensors", every: 1, offset: 0, budget: 5_000 },
-    Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 40_000 },
-    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 30_000 },
-    Slot { id: SlotId::Control, name: "control", every: 1, offset: 0, budget: 5_000 },
+    Slot { id: SlotId::Receive, name: "receive", every: 1, offset: 0, budget: 12_000 },
+    Slot { id: SlotId::Sensors, name: "sensors", every: 1, offset: 0, budget: 3_000 },
+    Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 35_000 },
+    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 25_000 },
+    Slot { id: SlotId::Control, name: "control", every: 1, offset: 0, budget: 3_000 },
     Slot { id: SlotId::Fault, name: "fault", every: 1, offset: 0, budget: 3_000 },
-    Slot { id: SlotId::Telemetry, name: "telemetry", every: 1, offset: 0, budget: 17_000 },
+    Slot { id: SlotId::Telemetry, name: "telemetry", every: 1, offset: 0, budget: 3_000 },
+    Slot { id: SlotId::Transmit, name: "transmit", every: 1, offset: 0, budget: 16_000 },
 ];
 
 /// Cost that a whole minor frame may have, instructions on the reference computer.

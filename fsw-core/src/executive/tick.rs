@@ -1,17 +1,18 @@
 //! [`Executive`]: all mutable state of the flight software, and `tick`, one minor frame of it.
 
-use super::cost::{CostLedger, MeasuredCost, Probe};
+use super::cost::CostLedger;
 use super::modes::{self, Facts, Thresholds};
-use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, SlotId, due};
+use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, due};
 use crate::config::Config;
 use crate::control::{self, BankDemand};
 use crate::fault::{EventLog, FrameReport, Monitor};
 use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, trigger};
 use crate::link::packet::{
-    Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, RejectCounters, Severity,
+    Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, Pace, RejectCounters, Severity,
 };
 use crate::model::{ModelError, OnboardModel};
 use crate::nav::{Estimate, NavContext, Navigator};
+use crate::probe::{MeasuredCost, Probe, SlotId};
 use crate::sensors::{self, FrameInputs, StuckMonitor};
 use crate::time::MissionTime;
 
@@ -29,6 +30,7 @@ pub struct Executive {
     mode: Mode,
     frame: u32,
     go: bool,
+    pace: Pace,
     model: Option<OnboardModel>,
     navigator: Navigator,
     guidance: Guidance,
@@ -63,6 +65,7 @@ impl Executive {
             mode: Mode::Standby,
             frame: 0,
             go: false,
+            pace: Pace::LockStep,
             model: None,
             navigator: Navigator::new(),
             guidance: Guidance::new(),
@@ -104,13 +107,20 @@ impl Executive {
         Ok(())
     }
 
+    /// What paces the minor frames.
+    #[must_use]
+    pub const fn pace(&self) -> Pace {
+        self.pace
+    }
+
     /// Starts the flight at the entry epoch; `false` unless armed and in `Standby`.
-    pub fn go(&mut self) -> bool {
+    pub fn go(&mut self, pace: Pace) -> bool {
         let Self { model: Some(model), config, navigator, mode: Mode::Standby, go: false, .. } = self else {
             return false;
         };
         navigator.start(&config.initial_knowledge, &nav_context(config, model, &BankDemand::default()));
         self.go = true;
+        self.pace = pace;
         self.change_mode(MissionTime::ZERO, &Estimate::default(), true, false);
         true
     }
@@ -124,19 +134,19 @@ impl Executive {
         probe: &mut impl Probe,
     ) -> Outputs {
         self.frame = now.frame_index();
-        self.cost.enter(now, self.frame, cost, &mut self.log);
+        let shed = self.cost.enter(now, self.pace, cost, &mut self.log);
         let Some(model) = &self.model else { return Outputs::default() };
 
         let mut batch = sensors::accept(now, inputs, &mut self.rejects);
         self.stuck.step(&mut batch, &self.config.navigation, &mut self.rejects);
         probe.slot_done(SlotId::Sensors);
 
-        let estimate = self.navigator.step(now, &batch, &nav_context(&self.config, model, &self.demand));
+        let estimate = self.navigator.step_probed(now, &batch, &nav_context(&self.config, model, &self.demand), probe);
         probe.slot_done(SlotId::Navigation);
 
         let context = guidance_context(&self.config, model);
-        let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, context };
-        let command = self.guidance.advance(&input);
+        let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, shed, context };
+        let command = self.guidance.advance_probed(&input, probe);
         probe.slot_done(SlotId::Guidance);
 
         let demand = control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
@@ -216,6 +226,7 @@ impl Executive {
         HealthTlm {
             rejects: self.rejects,
             worst_cost: self.cost.worst,
+            worst_frame: self.cost.worst_frame,
             slips: self.cost.slips,
             stack_high_water_bytes: self.cost.stack_high_water_bytes,
             frames: self.frame,

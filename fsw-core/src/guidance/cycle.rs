@@ -125,11 +125,11 @@ impl Cycle {
         }
     }
 
-    /// Computes on, at most `steps` Runge–Kutta steps.
-    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>) {
-        for _ in 0..steps {
+    /// Computes on, at most `steps` Runge–Kutta steps; the number made.
+    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>) -> u32 {
+        for made in 0..steps {
             if self.finished {
-                return;
+                return made;
             }
             if self.frames_left > 0 {
                 self.propagate(context);
@@ -137,6 +137,7 @@ impl Cycle {
                 self.predict(context);
             }
         }
+        steps
     }
 
     /// The onboard model in the air that navigation found when the cycle started.

@@ -28,6 +28,7 @@ use crate::link::parameters::{
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
+use crate::probe::{Kernel, NoProbe, Probe};
 use crate::time::{FRAMES_PER_SECOND, MissionTime};
 
 use course::Course;
@@ -88,6 +89,8 @@ pub struct GuidanceInput<'a> {
     pub estimate: &'a Estimate,
     /// Mode of the flight software.
     pub mode: Mode,
+    /// The frame before took too long: the predictor rests, and a cycle that finds nothing keeps the last command.
+    pub shed: bool,
     /// Parameters and model.
     pub context: GuidanceContext<'a>,
 }
@@ -152,6 +155,11 @@ impl Guidance {
     /// `Standby` and `Coast` hold the initial bank, `RangeControl` runs cycles, `HeadingAlignment` steers in every frame,
     /// `DegradedRangeControl` keeps the last command, `DegradedHeadingAlignment` flies lift-up, `Deployed` commands zero.
     pub fn advance(&mut self, input: &GuidanceInput<'_>) -> GuidanceOutput {
+        self.advance_probed(input, &mut NoProbe)
+    }
+
+    /// As [`Self::advance`], telling `probe` when the predictor and the rest are done.
+    pub fn advance_probed(&mut self, input: &GuidanceInput<'_>, probe: &mut impl Probe) -> GuidanceOutput {
         // A frame that was skipped must not cost a cycle: the first frame of a new second stands in for it.
         let second = input.frame / FRAMES_PER_SECOND;
         let on_the_second = input.frame.is_multiple_of(FRAMES_PER_SECOND) || second > self.second;
@@ -159,7 +167,7 @@ impl Guidance {
         let mut output = GuidanceOutput::default();
         match input.mode {
             Mode::Standby | Mode::Coast => self.command_rad = wrap_angle(input.context.control.initial_bank_rad),
-            Mode::RangeControl => self.range_control(input, on_the_second, &mut output),
+            Mode::RangeControl => self.range_control(input, on_the_second, &mut output, probe),
             Mode::HeadingAlignment => self.heading_alignment(input, on_the_second, &mut output),
             Mode::DegradedRangeControl => self.cycle = None,
             Mode::DegradedHeadingAlignment | Mode::Deployed => self.command_rad = 0.0,
@@ -168,11 +176,18 @@ impl Guidance {
             self.cycle = None;
         }
         output.bank_rad = self.command_rad;
+        probe.kernel_done(Kernel::Corrector, 1);
         output
     }
 
     /// Range control: cycles of one second.
-    fn range_control(&mut self, input: &GuidanceInput<'_>, on_the_second: bool, output: &mut GuidanceOutput) {
+    fn range_control(
+        &mut self,
+        input: &GuidanceInput<'_>,
+        on_the_second: bool,
+        output: &mut GuidanceOutput,
+        probe: &mut impl Probe,
+    ) {
         let context = input.context.cycle();
         if on_the_second {
             if self.side == 0.0 {
@@ -194,8 +209,10 @@ impl Guidance {
             }
             self.cycles = self.cycles.saturating_add(1);
         }
-        if let Some(cycle) = &mut self.cycle {
-            cycle.advance(STEPS_PER_FRAME, &context);
+        probe.kernel_done(Kernel::Corrector, 0);
+        if let (Some(cycle), false) = (&mut self.cycle, input.shed) {
+            let steps = cycle.advance(STEPS_PER_FRAME, &context);
+            probe.kernel_done(Kernel::Predictor, steps);
         }
     }
 

@@ -154,7 +154,14 @@ fn outputs(
     frames
         .map(|frame| {
             let now = MissionTime::of_frame(frame);
-            guidance.advance(&GuidanceInput { now, frame, estimate, mode, context: context(&model, &SHARED) })
+            guidance.advance(&GuidanceInput {
+                now,
+                frame,
+                estimate,
+                mode,
+                shed: false,
+                context: context(&model, &SHARED),
+            })
         })
         .collect()
 }

@@ -9,6 +9,7 @@ use crate::link::packet::{MAX_SOURCES, NavTlm, Truth};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters, RadioSource};
 use crate::model::OnboardModel;
 use crate::model::orbiter::SourceState;
+use crate::probe::{Kernel, NoProbe, Probe};
 use crate::sensors::Batch;
 use crate::time::{FRAME, MissionTime};
 
@@ -90,6 +91,17 @@ impl Navigator {
 
     /// Advances to `now`, the end of the minor frame whose measurements are in `batch`.
     pub fn step(&mut self, now: MissionTime, batch: &Batch, context: &NavContext<'_>) -> Estimate {
+        self.step_probed(now, batch, context, &mut NoProbe)
+    }
+
+    /// As [`Self::step`], telling `probe` when strapdown and the parts of the filter are done.
+    pub fn step_probed(
+        &mut self,
+        now: MissionTime,
+        batch: &Batch,
+        context: &NavContext<'_>,
+        probe: &mut impl Probe,
+    ) -> Estimate {
         if !self.started {
             self.estimate.time = now;
             return self.estimate;
@@ -98,6 +110,7 @@ impl Navigator {
         let (increments, bridged) = self.increments(batch, context);
         let planet = &context.model.planet;
         let record = self.strapdown.advance(&mut self.nominal, &increments, FRAME.as_s(), planet);
+        probe.kernel_done(Kernel::Strapdown, 1);
         match (context.mode, batch.truth.as_ref()) {
             (NavigationMode::Ideal, truth) => {
                 truth.iter().for_each(|(_, truth)| adopt(&mut self.nominal, truth));
@@ -115,8 +128,9 @@ impl Navigator {
                     dt_s: FRAME.as_s(),
                 };
                 self.filter.propagate(frame, &bridged, context.parameters, planet);
+                probe.kernel_done(Kernel::FilterPredict, 1);
                 self.observe(batch, context);
-                self.filter.work(&mut self.nominal, context.mode, context.parameters);
+                self.filter.work(&mut self.nominal, context.mode, context.parameters, probe);
                 self.publish(now, context, &increments, &record);
                 self.estimate.log_density = self.filter.learned().log_density;
                 self.estimate.log_density_sigma = self.filter.uncertainty().log_density_sigma;

@@ -86,7 +86,8 @@ pub fn fly(
         if out.cause.is_some() {
             break;
         }
-        let input = GuidanceInput { now: MissionTime::of_frame(frame), frame, estimate: &estimate, mode, context };
+        let input =
+            GuidanceInput { now: MissionTime::of_frame(frame), frame, estimate: &estimate, mode, shed: false, context };
         let command = guidance.advance(&input);
         if let Some(t) = &command.telemetry {
             out.outcomes.push(t.outcome);

@@ -1,6 +1,7 @@
 //! Tables: what happened when, and what the link counted.
 
-use fsw_core::link::packet::{DeployCause, Event, EventKind, RejectCounters, Severity};
+use fsw_core::executive::schedule::SCHEDULE;
+use fsw_core::link::packet::{DeployCause, Event, EventKind, RejectCounters, RestartReport, Severity};
 use maud::{Markup, html};
 
 use super::figures::mode_name;
@@ -90,7 +91,13 @@ fn describe(kind: &EventKind) -> String {
         }
         EventKind::CovarianceRestored { times } => format!("covariance restored, {times} so far"),
         EventKind::NavigationInvalid => "navigation estimate not usable".to_owned(),
-        EventKind::FrameOverrun { slot, cost, budget } => format!("slot {slot} took {cost} of a budget of {budget}"),
+        EventKind::FrameOverrun { slot, cost, budget } => {
+            let name = SCHEDULE.get(usize::from(slot)).map_or("the whole frame", |slot| slot.name);
+            format!("{name} took {cost} instructions of a budget of {budget}")
+        }
+        EventKind::Restarted(RestartReport { reason, frame, address }) => {
+            format!("flight computer restarted in frame {frame}: {reason:?} at {address:#010x}")
+        }
     }
 }
 

@@ -7,7 +7,7 @@
 use fsw_core::config::Config;
 use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
 use fsw_core::link::packet::{
-    self, Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Refusal, RejectCounters, Uplink,
+    self, Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Pace, Refusal, RejectCounters, Uplink,
 };
 use fsw_core::link::parameters::{BlockId, InitialKnowledge, NavigationMode, ParameterBlock};
 use fsw_core::link::receiver::{Receiver, Sender};
@@ -162,6 +162,7 @@ pub struct Conductor<P = Truth> {
     /// The actuator command of the present frame has come, or is not to be waited for.
     go_on: bool,
     pending: Vec<u8>,
+    pace: Pace,
 }
 
 impl Conductor<Truth> {
@@ -210,9 +211,15 @@ impl<P: Plant> Conductor<P> {
             silent_frames: 0,
             go_on: true,
             pending: Vec::new(),
+            pace: Pace::LockStep,
         };
         conductor.say();
         Ok(conductor)
+    }
+
+    /// Has the minor frames paced by the board's clock instead of by the inertial packets; before the start only.
+    pub fn set_pace(&mut self, pace: Pace) {
+        self.pace = pace;
     }
 
     /// Where the session stands.
@@ -310,7 +317,7 @@ impl<P: Plant> Conductor<P> {
             Phase::Loading => Command::Load(self.plan.blocks[self.block].clone()),
             Phase::Verifying => Command::ReadBack(id_of(&self.plan.blocks[self.block])),
             Phase::Arming => Command::Arm { digest: self.config.digest() },
-            Phase::Starting => Command::Go,
+            Phase::Starting => Command::Go { pace: self.pace },
             Phase::Flying | Phase::Finished => return,
         };
         self.outstanding = Some(self.sender.next_sequence());

@@ -75,8 +75,9 @@ fn a_session_greets_loads_reads_back_arms_starts_and_flies_to_the_parachute() {
             Command::Load(_) => "load",
             Command::ReadBack(_) => "read",
             Command::Arm { .. } => "arm",
-            Command::Go => "go",
+            Command::Go { .. } => "go",
             Command::Inject(_) => "inject",
+            Command::ReportCost { .. } => "report cost",
         })
         .collect();
     assert_eq!(kinds[..blocks], vec!["load"; blocks]);

@@ -21,9 +21,29 @@ pub enum Command {
         digest: u32,
     },
     /// Leave `Standby`; refused unless armed.
-    Go,
+    Go {
+        /// What paces the minor frames.
+        pace: Pace,
+    },
     /// Inject a fault, for tests.
     Inject(Injection),
+    /// Send a `CostTlm` after every minor frame, or no more.
+    ReportCost {
+        /// Whether to send it.
+        on: bool,
+    },
+}
+
+/// What paces the minor frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pace {
+    /// Inertial packets alone: a frame waits for its packet as long as it takes. No verdict depends on measured cost.
+    #[default]
+    LockStep,
+    /// The board's clock: a frame whose inertial packet does not come in time runs without it, and measured overruns
+    /// make guidance shed its work.
+    RealTime,
 }
 
 /// Faults that the flight software can be asked to simulate inside itself.
@@ -35,6 +55,8 @@ pub enum Injection {
         /// Number of frames.
         frames: u16,
     },
+    /// Begin again in `Standby`. Obeyed by test images only, which replay several flights in one boot.
+    Restart,
 }
 
 /// Answer to a command.

@@ -106,6 +106,34 @@ pub enum EventKind {
         /// Budget.
         budget: u32,
     },
+    /// The flight computer has restarted by itself.
+    Restarted(RestartReport),
+}
+
+/// What the flight computer found in its black box when it started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RestartReport {
+    /// Why it restarted.
+    pub reason: RestartReason,
+    /// Minor frame in which it did.
+    pub frame: u32,
+    /// Address of the instruction at fault, 0 where unknown.
+    pub address: u32,
+}
+
+/// Why a flight computer restarted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RestartReason {
+    /// The software panicked.
+    Panic,
+    /// The processor met an instruction or an address that it cannot serve.
+    ProcessorFault,
+    /// The stack ran into its guard.
+    StackOverflow,
+    /// The watchdog was not fed in time.
+    Watchdog,
 }
 
 /// What fired the parachute.

@@ -7,11 +7,11 @@ mod event;
 mod telemetry;
 mod uplink;
 
-pub use command::{Command, CommandOutcome, CommandReply, Injection, Refusal};
-pub use event::{DeployCause, Event, EventKind, Severity};
+pub use command::{Command, CommandOutcome, CommandReply, Injection, Pace, Refusal};
+pub use event::{DeployCause, Event, EventKind, RestartReason, RestartReport, Severity};
 pub use telemetry::{
-    Actuator, COVARIANCE_ELEMENTS, CycleOutcome, GuidanceTlm, HealthTlm, Innovation, MAX_INNOVATIONS, MeasurementKind,
-    Mode, NavTlm, RejectCounters, SLOT_COUNT, Verdict,
+    Actuator, COVARIANCE_ELEMENTS, CostTlm, CycleOutcome, GuidanceTlm, HealthTlm, Innovation, MAX_INNOVATIONS,
+    MeasurementKind, Mode, NavTlm, RejectCounters, Verdict,
 };
 pub use uplink::{DELTA_THETA_LSB_RAD, DELTA_V_LSB_MPS, Imu, Pressure, Radio, Truth};
 
@@ -77,6 +77,8 @@ pub enum Downlink {
     Event(Event),
     /// Answer to a command.
     CommandReply(CommandReply),
+    /// Execution cost of one frame, when asked for; outside the output hash.
+    CostTlm(CostTlm),
 }
 
 /// First exchange in both directions.

@@ -5,6 +5,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use super::MAX_SOURCES;
+use crate::probe::{KERNEL_COUNT, SLOT_COUNT};
 use crate::time::MissionTime;
 
 /// Largest number of innovations in one [`NavTlm`].
@@ -186,9 +187,6 @@ pub enum CycleOutcome {
     Constrained,
 }
 
-/// Number of schedule slots that report their cost.
-pub const SLOT_COUNT: usize = 6;
-
 /// Counters and execution cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -197,6 +195,8 @@ pub struct HealthTlm {
     pub rejects: RejectCounters,
     /// Worst measured cost per schedule slot since start, in the caller's unit; zero when not measured.
     pub worst_cost: [u32; SLOT_COUNT],
+    /// Worst measured cost of a whole minor frame, same unit.
+    pub worst_frame: u32,
     /// Frames that took longer than their budget.
     pub slips: u16,
     /// Deepest stack use seen, bytes; zero when not measured.
@@ -205,6 +205,24 @@ pub struct HealthTlm {
     pub frames: u32,
     /// Events lost because the log was full.
     pub events_lost: u16,
+}
+
+/// Execution cost of one minor frame, as its board measured it; the unit is the board's (instructions, cycles).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CostTlm {
+    /// Index of the minor frame.
+    pub frame: u32,
+    /// The whole frame.
+    pub whole: u32,
+    /// Per slot of the schedule.
+    pub slots: [u32; SLOT_COUNT],
+    /// Per algorithm, [`Kernel::ALL`](crate::probe::Kernel::ALL).
+    pub kernels: [u32; KERNEL_COUNT],
+    /// Units of work per algorithm.
+    pub units: [u16; KERNEL_COUNT],
+    /// Deepest stack use so far, bytes.
+    pub stack_high_water_bytes: u32,
 }
 
 /// Rejected and lost packets, each cause on its own.

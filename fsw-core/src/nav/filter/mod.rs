@@ -37,6 +37,7 @@ use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParame
 use crate::math::fun::{exp, sqrt};
 use crate::math::num::{abs, max};
 use crate::planet::Planet;
+use crate::probe::{Kernel, Probe};
 
 /// Minor frames from epoch to epoch: the filter runs at 10 Hz.
 pub const FRAMES_PER_EPOCH: u8 = 5;
@@ -162,11 +163,17 @@ impl Filter {
     }
 
     /// This frame's slice of the covariance work; at the end of a window corrects the nominal state.
-    pub fn work(&mut self, nominal: &mut Nominal, mode: NavigationMode, parameters: &NavigationParameters) {
+    pub fn work(
+        &mut self,
+        nominal: &mut Nominal,
+        mode: NavigationMode,
+        parameters: &NavigationParameters,
+        probe: &mut impl Probe,
+    ) {
         let rule = UpdateRule { correcting: mode == NavigationMode::Ekf, gate_sigma: parameters.gate_sigma };
         let last = self.frame + 1 >= FRAMES_PER_EPOCH;
         if self.epoch.is_some() {
-            self.slice(&rule);
+            self.slice(&rule, probe);
             if last {
                 self.publish();
             }
@@ -175,30 +182,38 @@ impl Filter {
             self.close_window(nominal);
         }
         self.frame = if last { 0 } else { self.frame + 1 };
+        probe.kernel_done(Kernel::FilterUpdate, 0);
     }
 
-    fn slice(&mut self, rule: &UpdateRule) {
+    fn slice(&mut self, rule: &UpdateRule, probe: &mut impl Probe) {
+        probe.kernel_done(Kernel::FilterUpdate, 0);
         let Some((transition, noise)) = &self.epoch else { return };
         match self.frame {
-            0 => self.covariance.predict_columns(transition),
+            0 => {
+                self.covariance.predict_columns(transition);
+                probe.kernel_done(Kernel::FilterPredict, 1);
+            }
             1 => {
                 self.covariance.predict_rows(transition, noise);
+                probe.kernel_done(Kernel::FilterPredict, 1);
                 self.covariance.begin_check();
             }
             2 => {
                 if self.covariance.check() {
                     self.restored = self.restored.saturating_add(1);
                 }
+                probe.kernel_done(Kernel::FilterUpdate, 1);
             }
-            3 => self.update_some(0, rule),
-            _ => self.update_some(UPDATES_PER_FRAME, rule),
+            3 => self.update_some(0, rule, probe),
+            _ => self.update_some(UPDATES_PER_FRAME, rule, probe),
         }
     }
 
-    fn update_some(&mut self, first: usize, rule: &UpdateRule) {
+    fn update_some(&mut self, first: usize, rule: &UpdateRule, probe: &mut impl Probe) {
         for observation in self.processing.items().iter().skip(first).take(UPDATES_PER_FRAME) {
             let record = update(observation, rule, &self.injected, &mut self.error, &mut self.covariance);
             self.innovations.push(record);
+            probe.kernel_done(Kernel::FilterUpdate, 1);
         }
     }
 
