@@ -73,17 +73,16 @@ impl FlightComputer {
     }
 
     /// Lets [`Injection::Restart`] be obeyed: for test images that replay several flights in one boot.
-    #[must_use]
-    pub fn restartable(mut self) -> Self {
+    pub fn allow_restart(&mut self) {
         self.restart = Restart::Allowed;
-        self
     }
 
     /// Begins again in `Standby` if it was asked to; true when it did.
     pub fn restart_if_asked(&mut self) -> bool {
         let asked = self.restart == Restart::Asked;
         if asked {
-            *self = Self::new(self.build_id).restartable();
+            *self = Self::new(self.build_id);
+            self.allow_restart();
         }
         asked
     }

@@ -31,7 +31,9 @@ pub struct Executive {
     frame: u32,
     go: bool,
     pace: Pace,
-    model: Option<OnboardModel>,
+    /// Built from the parameters when armed.
+    model: OnboardModel,
+    armed: bool,
     navigator: Navigator,
     guidance: Guidance,
     monitor: Monitor,
@@ -66,7 +68,8 @@ impl Executive {
             frame: 0,
             go: false,
             pace: Pace::LockStep,
-            model: None,
+            model: OnboardModel::none(),
+            armed: false,
             navigator: Navigator::new(),
             guidance: Guidance::new(),
             monitor: Monitor::new(),
@@ -96,14 +99,15 @@ impl Executive {
     /// True once the parameters are frozen.
     #[must_use]
     pub const fn is_armed(&self) -> bool {
-        self.model.is_some()
+        self.armed
     }
 
     /// Freezes the parameters and builds the onboard model from them; tables that make none are refused.
     pub fn arm(&mut self) -> Result<(), ModelError> {
         let c = &self.config;
-        let model = OnboardModel::new(c.planet, &c.vehicle, &c.aero_rows, &c.atmosphere, &c.atmosphere_rows)?;
-        self.model = Some(model);
+        self.armed = false;
+        self.model.set(c.planet, &c.vehicle, &c.aero_rows, &c.atmosphere, &c.atmosphere_rows)?;
+        self.armed = true;
         Ok(())
     }
 
@@ -115,7 +119,7 @@ impl Executive {
 
     /// Starts the flight at the entry epoch; `false` unless armed and in `Standby`.
     pub fn go(&mut self, pace: Pace) -> bool {
-        let Self { model: Some(model), config, navigator, mode: Mode::Standby, go: false, .. } = self else {
+        let Self { armed: true, model, config, navigator, mode: Mode::Standby, go: false, .. } = self else {
             return false;
         };
         navigator.start(&config.initial_knowledge, &nav_context(config, model, &BankDemand::default()));
@@ -135,7 +139,10 @@ impl Executive {
     ) -> Outputs {
         self.frame = now.frame_index();
         let shed = self.cost.enter(now, self.pace, cost, &mut self.log);
-        let Some(model) = &self.model else { return Outputs::default() };
+        if !self.armed {
+            return Outputs::default();
+        }
+        let model = &self.model;
 
         let mut batch = sensors::accept(now, inputs, &mut self.rejects);
         self.stuck.step(&mut batch, &self.config.navigation, &mut self.rejects);

@@ -49,7 +49,7 @@ impl core::fmt::Display for TableError {
 
 impl core::error::Error for TableError {}
 
-/// Sorted rows with linear interpolation between them; at most `CAPACITY` rows, at least one.
+/// Sorted rows with linear interpolation between them; at most `CAPACITY` rows. Without rows it is zero everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table<const COLUMNS: usize, const CAPACITY: usize> {
     rows: Vec<TableRow<COLUMNS>, CAPACITY>,
@@ -61,17 +61,33 @@ impl<const COLUMNS: usize, const CAPACITY: usize> Table<COLUMNS, CAPACITY> {
     /// # Errors
     /// No rows, too many rows, a number that is not finite, or an abscissa that does not increase.
     pub fn new(rows: impl IntoIterator<Item = TableRow<COLUMNS>>) -> Result<Self, TableError> {
-        let mut sorted: Vec<TableRow<COLUMNS>, CAPACITY> = Vec::new();
+        let mut table = Self::empty();
+        table.fill(rows)?;
+        Ok(table)
+    }
+
+    /// A table without rows.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self { rows: Vec::new() }
+    }
+
+    /// Replaces the rows, in place.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; the table then holds the rows before the one at fault.
+    pub fn fill(&mut self, rows: impl IntoIterator<Item = TableRow<COLUMNS>>) -> Result<(), TableError> {
+        self.rows.clear();
         for (index, row) in rows.into_iter().enumerate() {
             if !(row.x.is_finite() && row.y.iter().all(|y| y.is_finite())) {
                 return Err(TableError::NotFinite { row: index });
             }
-            if sorted.last().is_some_and(|last| row.x <= last.x) {
+            if self.rows.last().is_some_and(|last| row.x <= last.x) {
                 return Err(TableError::NotIncreasing { row: index });
             }
-            sorted.push(row).map_err(|_| TableError::TooManyRows { capacity: CAPACITY })?;
+            self.rows.push(row).map_err(|_| TableError::TooManyRows { capacity: CAPACITY })?;
         }
-        if sorted.is_empty() { Err(TableError::Empty) } else { Ok(Self { rows: sorted }) }
+        if self.rows.is_empty() { Err(TableError::Empty) } else { Ok(()) }
     }
 
     /// The values at `x`; those of the nearest end beyond the table, with derivative zero there. NaN gives the first row.

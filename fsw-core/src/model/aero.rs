@@ -6,17 +6,11 @@ use crate::model::parameters::{AeroRow, MAX_AERO_ROWS, VehicleParameters};
 
 /// Drag and lift coefficients, constant or by Mach number (linear between rows, constant beyond).
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "without an allocator the table lives in place")]
-pub enum Aerodynamics {
-    /// The same at every Mach number.
-    Constant {
-        /// Drag coefficient.
-        drag: f64,
-        /// Lift coefficient.
-        lift: f64,
-    },
-    /// By Mach number; columns: drag, lift coefficient.
-    ByMach(Table<2, MAX_AERO_ROWS>),
+pub struct Aerodynamics {
+    /// Drag and lift coefficient, where they are the same at every Mach number.
+    constant: Option<(f64, f64)>,
+    /// Else by Mach number; columns: drag, lift coefficient.
+    by_mach: Table<2, MAX_AERO_ROWS>,
 }
 
 impl Aerodynamics {
@@ -25,33 +19,57 @@ impl Aerodynamics {
     /// # Errors
     /// A drag coefficient that is not positive, a lift coefficient that is not finite, rows that are not sorted.
     pub fn new(vehicle: &VehicleParameters, rows: &[AeroRow]) -> Result<Self, ModelError> {
+        let mut aero = Self::none();
+        aero.set(vehicle, rows)?;
+        Ok(aero)
+    }
+
+    /// A body without drag and lift.
+    #[must_use]
+    pub const fn none() -> Self {
+        Self { constant: Some((0.0, 0.0)), by_mach: Table::empty() }
+    }
+
+    /// Becomes [`Self::new`] in place.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; what is left then is not to be used.
+    pub fn set(&mut self, vehicle: &VehicleParameters, rows: &[AeroRow]) -> Result<(), ModelError> {
+        self.constant = None;
         if rows.is_empty() {
             let drag = positive("drag coefficient", vehicle.drag_coefficient)?;
-            return Ok(Self::Constant { drag, lift: drag * finite("lift-to-drag ratio", vehicle.lift_to_drag)? });
+            self.constant = Some((drag, drag * finite("lift-to-drag ratio", vehicle.lift_to_drag)?));
+            return Ok(());
         }
         for row in rows {
             positive("drag coefficient of a table row", row.drag_coefficient)?;
         }
         let rows = rows.iter().map(|row| TableRow { x: row.mach, y: [row.drag_coefficient, row.lift_coefficient] });
-        Table::new(rows).map(Self::ByMach).map_err(ModelError::AeroTable)
+        self.by_mach.fill(rows).map_err(ModelError::AeroTable)
     }
 
     /// Drag and lift coefficient at a Mach number.
     #[must_use]
     pub fn coefficients<S: Scalar>(&self, mach: S) -> (S, S) {
-        match self {
-            Self::Constant { drag, lift } => (S::from_f64(*drag), S::from_f64(*lift)),
-            Self::ByMach(rows) => {
-                let [drag, lift] = rows.at(mach);
+        match self.constant {
+            Some((drag, lift)) => (S::from_f64(drag), S::from_f64(lift)),
+            None => {
+                let [drag, lift] = self.by_mach.at(mach);
                 (drag, lift)
             }
         }
     }
 
+    /// Drag and lift coefficient where they are the same at every Mach number.
+    #[must_use]
+    pub const fn constant(&self) -> Option<(f64, f64)> {
+        self.constant
+    }
+
     /// True when the coefficients depend on the Mach number.
     #[must_use]
     pub fn depends_on_mach(&self) -> bool {
-        matches!(self, Self::ByMach(_))
+        self.constant.is_none()
     }
 }
 

@@ -10,19 +10,20 @@ use crate::model::parameters::{AtmosphereParameters, AtmosphereRow, MAX_ATMOSPHE
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
     law: Law,
+    /// Columns: ln ρ, temperature; without rows under the exponential law.
+    rows: Table<2, MAX_ATMOSPHERE_ROWS>,
     gas_constant_jpkgk: f64,
     /// Heat ratio times gas constant: the square of the speed of sound per kelvin.
     sound_square_per_k: f64,
 }
 
 /// Density and temperature against altitude.
-#[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "without an allocator the table lives in place")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
     /// ρ = ρ₀ exp((h₀ − h)/H), isothermal.
     Exponential { density_kgpm3: f64, altitude_m: f64, per_scale_height_pm: f64, temperature_k: f64 },
-    /// Columns: ln ρ, temperature.
-    Table { rows: Table<2, MAX_ATMOSPHERE_ROWS>, below: Tail, above: Tail },
+    /// The rows, and how they go on beyond their ends.
+    Table { below: Tail, above: Tail },
 }
 
 /// Exponential continuation of a table beyond one of its ends.
@@ -52,10 +53,48 @@ impl Atmosphere {
     /// # Errors
     /// A density, scale height, temperature, gas constant or heat ratio that is not positive; rows that are not sorted.
     pub fn new(parameters: &AtmosphereParameters, rows: &[AtmosphereRow]) -> Result<Self, ModelError> {
-        let gas_constant_jpkgk = positive("gas constant (J/(kg K))", parameters.gas_constant_jpkgk)?;
-        let sound_square_per_k = gas_constant_jpkgk * positive("ratio of specific heats", parameters.heat_ratio)?;
-        let law = if rows.is_empty() { Law::exponential(parameters)? } else { Law::table(rows)? };
-        Ok(Self { law, gas_constant_jpkgk, sound_square_per_k })
+        let mut air = Self::vacuum();
+        air.set(parameters, rows)?;
+        Ok(air)
+    }
+
+    /// No air at all.
+    #[must_use]
+    pub const fn vacuum() -> Self {
+        let law =
+            Law::Exponential { density_kgpm3: 0.0, altitude_m: 0.0, per_scale_height_pm: 1.0, temperature_k: 1.0 };
+        Self { law, rows: Table::empty(), gas_constant_jpkgk: 1.0, sound_square_per_k: 1.0 }
+    }
+
+    /// Becomes [`Self::new`] in place.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; what is left then is not to be used.
+    pub fn set(&mut self, parameters: &AtmosphereParameters, rows: &[AtmosphereRow]) -> Result<(), ModelError> {
+        self.gas_constant_jpkgk = positive("gas constant (J/(kg K))", parameters.gas_constant_jpkgk)?;
+        self.sound_square_per_k = self.gas_constant_jpkgk * positive("ratio of specific heats", parameters.heat_ratio)?;
+        self.law = if rows.is_empty() { Law::exponential(parameters)? } else { self.tabulate(rows)? };
+        Ok(())
+    }
+
+    fn tabulate(&mut self, rows: &[AtmosphereRow]) -> Result<Law, ModelError> {
+        for row in rows {
+            positive("density of a table row (kg/m3)", row.density_kgpm3)?;
+            positive("temperature of a table row (K)", row.temperature_k)?;
+        }
+        let log_rows =
+            rows.iter().map(|row| TableRow { x: row.altitude_m, y: [fun::ln(row.density_kgpm3), row.temperature_k] });
+        self.rows.fill(log_rows).map_err(ModelError::AtmosphereTable)?;
+        // A table of one row is its own neighbour; the slope there is not a number and becomes zero.
+        let (below, above) = match self.rows.rows() {
+            [first, second, ..] => match self.rows.rows() {
+                [.., before, last] => (Tail::new(first, second), Tail::new(last, before)),
+                _ => (Tail::new(first, second), Tail::new(second, first)),
+            },
+            [only] => (Tail::new(only, only), Tail::new(only, only)),
+            [] => return Err(ModelError::AtmosphereTable(crate::math::TableError::Empty)),
+        };
+        Ok(Law::Table { below, above })
     }
 
     /// Density, kg/m³.
@@ -77,14 +116,14 @@ impl Atmosphere {
             Law::Exponential { density_kgpm3, altitude_m: reference_m, per_scale_height_pm, .. } => {
                 (altitude_m - *reference_m) * -*per_scale_height_pm + fun::ln(*density_kgpm3)
             }
-            Law::Table { rows, below, above } => {
+            Law::Table { below, above } => {
                 let h = altitude_m.value();
                 if h > above.altitude_m {
                     above.log_density(altitude_m)
                 } else if h < below.altitude_m {
                     below.log_density(altitude_m)
                 } else {
-                    let [log_density, _] = rows.at(altitude_m);
+                    let [log_density, _] = self.rows.at(altitude_m);
                     log_density
                 }
             }
@@ -98,8 +137,8 @@ impl Atmosphere {
             Law::Exponential { per_scale_height_pm, .. } => -per_scale_height_pm,
             Law::Table { above, .. } if altitude_m >= above.altitude_m => above.slope_pm,
             Law::Table { below, .. } if altitude_m <= below.altitude_m => below.slope_pm,
-            Law::Table { rows, .. } => {
-                let [slope_pm, _] = rows.slope_at(altitude_m);
+            Law::Table { .. } => {
+                let [slope_pm, _] = self.rows.slope_at(altitude_m);
                 slope_pm
             }
         }
@@ -110,8 +149,8 @@ impl Atmosphere {
     pub fn temperature<S: Scalar>(&self, altitude_m: S) -> S {
         match &self.law {
             Law::Exponential { temperature_k, .. } => S::from_f64(*temperature_k),
-            Law::Table { rows, .. } => {
-                let [_, temperature_k] = rows.at(altitude_m);
+            Law::Table { .. } => {
+                let [_, temperature_k] = self.rows.at(altitude_m);
                 temperature_k
             }
         }
@@ -156,26 +195,6 @@ impl Law {
             per_scale_height_pm: 1.0 / positive("scale height (m)", parameters.scale_height_m)?,
             temperature_k: positive("temperature (K)", parameters.temperature_k)?,
         })
-    }
-
-    fn table(rows: &[AtmosphereRow]) -> Result<Self, ModelError> {
-        for row in rows {
-            positive("density of a table row (kg/m3)", row.density_kgpm3)?;
-            positive("temperature of a table row (K)", row.temperature_k)?;
-        }
-        let log_rows =
-            rows.iter().map(|row| TableRow { x: row.altitude_m, y: [fun::ln(row.density_kgpm3), row.temperature_k] });
-        let rows = Table::new(log_rows).map_err(ModelError::AtmosphereTable)?;
-        // A table of one row is its own neighbour; the slope there is not a number and becomes zero.
-        let (below, above) = match rows.rows() {
-            [first, second, ..] => match rows.rows() {
-                [.., before, last] => (Tail::new(first, second), Tail::new(last, before)),
-                _ => (Tail::new(first, second), Tail::new(second, first)),
-            },
-            [only] => (Tail::new(only, only), Tail::new(only, only)),
-            [] => return Err(ModelError::AtmosphereTable(crate::math::TableError::Empty)),
-        };
-        Ok(Self::Table { rows, below, above })
     }
 }
 

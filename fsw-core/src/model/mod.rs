@@ -97,6 +97,42 @@ impl OnboardModel {
         atmosphere: &AtmosphereParameters,
         atmosphere_rows: &[AtmosphereRow],
     ) -> Result<Self, ModelError> {
+        let mut model = Self::none();
+        model.set(planet, vehicle, aero_rows, atmosphere, atmosphere_rows)?;
+        Ok(model)
+    }
+
+    /// Nothing: the state before parameters are known.
+    #[must_use]
+    pub const fn none() -> Self {
+        Self {
+            planet: Planet { radius_m: 0.0, mu_m3ps2: 0.0, rotation_radps: 0.0, j2: 0.0 },
+            vehicle: VehicleParameters {
+                mass_kg: 0.0,
+                reference_area_m2: 0.0,
+                nose_radius_m: 0.0,
+                drag_coefficient: 0.0,
+                lift_to_drag: 0.0,
+                trim_angle_of_attack_rad: 0.0,
+            },
+            atmosphere: Atmosphere::vacuum(),
+            aero: Aerodynamics::none(),
+            area_per_mass_m2pkg: 0.0,
+        }
+    }
+
+    /// Becomes [`Self::new`] in place: on a small stack the tables must not travel.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; what is left then is not to be used.
+    pub fn set(
+        &mut self,
+        planet: Planet,
+        vehicle: &VehicleParameters,
+        aero_rows: &[AeroRow],
+        atmosphere: &AtmosphereParameters,
+        atmosphere_rows: &[AtmosphereRow],
+    ) -> Result<(), ModelError> {
         positive("planet radius (m)", planet.radius_m)?;
         positive("gravitational parameter (m3/s2)", planet.mu_m3ps2)?;
         finite("rotation rate (rad/s)", planet.rotation_radps)?;
@@ -105,13 +141,11 @@ impl OnboardModel {
         let area_m2 = positive("reference area (m2)", vehicle.reference_area_m2)?;
         positive("nose radius (m)", vehicle.nose_radius_m)?;
         finite("trim angle of attack (rad)", vehicle.trim_angle_of_attack_rad)?;
-        Ok(Self {
-            planet,
-            vehicle: *vehicle,
-            atmosphere: Atmosphere::new(atmosphere, atmosphere_rows)?,
-            aero: Aerodynamics::new(vehicle, aero_rows)?,
-            area_per_mass_m2pkg: area_m2 / mass_kg,
-        })
+        self.planet = planet;
+        self.vehicle = *vehicle;
+        self.area_per_mass_m2pkg = area_m2 / mass_kg;
+        self.atmosphere.set(atmosphere, atmosphere_rows)?;
+        self.aero.set(vehicle, aero_rows)
     }
 
     /// Mach number of an air-relative speed at an altitude.
@@ -134,10 +168,10 @@ impl<S: Scalar> Environment<S> for OnboardModel {
 
     #[inline(always)]
     fn drag_and_lift_coefficients(&self, altitude_m: S, speed_mps: S) -> (S, S) {
-        match &self.aero {
+        match self.aero.constant() {
             // The speed of sound costs a root and a table: only where a coefficient depends on it.
-            Aerodynamics::Constant { drag, lift } => (S::from_f64(*drag), S::from_f64(*lift)),
-            table => table.coefficients(speed_mps / self.atmosphere.speed_of_sound(altitude_m)),
+            Some((drag, lift)) => (S::from_f64(drag), S::from_f64(lift)),
+            None => self.aero.coefficients(speed_mps / self.atmosphere.speed_of_sound(altitude_m)),
         }
     }
 
