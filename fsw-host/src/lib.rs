@@ -4,6 +4,7 @@
 //! command does the work, and everything a flight leaves behind passes through one [`record::FlightRecord`].
 
 pub mod cli;
+pub mod cycles;
 pub mod ends;
 pub mod error;
 pub mod fly;
