@@ -1,7 +1,9 @@
 //! The developers' commands: `cargo xtask test` runs every gate, and is all that CI runs.
 
+mod budgets;
 mod flights;
 mod gates;
+mod image;
 mod symbols;
 
 use anyhow::Result;
@@ -33,6 +35,23 @@ enum Command {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Measure the firmware and hold it against `firmware/budgets.toml`.
+    Budgets {
+        /// Only this part.
+        #[arg(long)]
+        only: Option<budgets::Part>,
+        /// Record what was measured instead of comparing with it; the limits stay.
+        #[arg(long)]
+        bless: bool,
+    },
+    /// Show what an image holds, what it must not, and its deepest stack.
+    Inspect {
+        /// The linked image.
+        image: std::path::PathBuf,
+        /// What the compiler said with `-C remark=prologepilog`; without it frame sizes come from the instructions.
+        #[arg(long)]
+        notes: Option<std::path::PathBuf>,
+    },
     /// Rewrite the golden files after an intended change of results.
     Bless,
 }
@@ -44,6 +63,8 @@ fn main() -> Result<()> {
     match arguments.command {
         Command::Test { only } => gates::run(&shell, only.as_deref()),
         Command::Fuzz { frames, seed } => gates::fuzz(&shell, frames, seed),
+        Command::Budgets { only, bless } => budgets::run(&shell, only, bless),
+        Command::Inspect { image, notes } => image::report::show(&shell, &image, notes.as_deref()),
         Command::Bless => gates::bless(&shell),
     }
 }

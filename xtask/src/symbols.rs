@@ -38,7 +38,8 @@ pub fn target_directory(shell: &Shell) -> Result<PathBuf> {
     Ok(PathBuf::from(&folder[start..end]))
 }
 
-fn llvm_tool(shell: &Shell, tool: &str) -> Result<PathBuf> {
+/// A tool of the toolchain's `llvm-tools` component.
+pub fn llvm_tool(shell: &Shell, tool: &str) -> Result<PathBuf> {
     let root = cmd!(shell, "rustc --print sysroot").quiet().read()?;
     let host = cmd!(shell, "rustc --print host-tuple").quiet().read()?;
     let path = PathBuf::from(root).join("lib/rustlib").join(host).join("bin").join(tool);
