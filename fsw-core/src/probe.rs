@@ -139,6 +139,9 @@ pub trait Counter {
 ///
 /// A minor frame is worked on in spans, one per received packet; the span of the packet that closes it is the last. The
 /// counter runs in the spans only: waiting for bytes and sending them belong to no frame.
+///
+/// `resume`, `pause` and `frame_done` stay functions of their own in every image: who watches one from outside (an
+/// emulator that counts executed blocks, a debugger) finds the frames by them.
 #[derive(Clone, Debug)]
 pub struct FrameMeter<C> {
     counter: C,
@@ -167,7 +170,7 @@ impl<C: Counter> FrameMeter<C> {
     }
 
     /// Begins a span.
-    #[inline]
+    #[inline(never)]
     pub fn resume(&mut self) {
         self.frame_began = 0;
         self.slot_began = 0;
@@ -176,7 +179,7 @@ impl<C: Counter> FrameMeter<C> {
     }
 
     /// Ends a span.
-    #[inline]
+    #[inline(never)]
     pub fn pause(&mut self) {
         let now = self.counter.read();
         self.open.whole = self.open.whole.saturating_add(now.saturating_sub(self.frame_began));
@@ -222,6 +225,7 @@ impl<C: Counter> Probe for FrameMeter<C> {
         self.mark = now;
     }
 
+    #[inline(never)]
     fn frame_done(&mut self) {
         let now = self.counter.read();
         self.open.whole = self.open.whole.saturating_add(now.saturating_sub(self.frame_began));

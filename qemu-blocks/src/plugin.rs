@@ -1,4 +1,4 @@
-//! What QEMU calls: installation, each translation, the two frame markers, the end.
+//! What QEMU calls: installation, each translation, the frame markers, the end.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::fs::File;
@@ -16,6 +16,7 @@ struct Session {
     recorder: Mutex<Recorder<BufWriter<File>>>,
     begin: u64,
     end: u64,
+    close: u64,
 }
 
 static SESSION: OnceLock<Session> = OnceLock::new();
@@ -65,7 +66,8 @@ impl Session {
         let path = find("out")?;
         let file = File::create(path).map_err(|error| format!("cannot create {path}: {error}"))?;
         let recorder = Recorder::new(BufWriter::new(file)).map_err(|error| format!("cannot write {path}: {error}"))?;
-        Ok(Self { recorder: Mutex::new(recorder), begin: address("begin")?, end: address("end")? })
+        let recorder = Mutex::new(recorder);
+        Ok(Self { recorder, begin: address("begin")?, end: address("end")?, close: address("close")? })
     }
 
     fn recorder(&self) -> MutexGuard<'_, Recorder<BufWriter<File>>> {
@@ -97,6 +99,8 @@ extern "C" fn on_translation(_id: PluginId, tb: *mut Tb) {
                 on_begin
             } else if address == session.end {
                 on_end
+            } else if address == session.close {
+                on_close
             } else {
                 continue;
             };
@@ -108,13 +112,19 @@ extern "C" fn on_translation(_id: PluginId, tb: *mut Tb) {
 
 extern "C" fn on_begin(_vcpu: c_uint, _data: *mut c_void) {
     if let Some(session) = SESSION.get() {
-        session.recorder().begin_frame();
+        session.recorder().begin_span();
     }
 }
 
 extern "C" fn on_end(_vcpu: c_uint, _data: *mut c_void) {
     if let Some(session) = SESSION.get() {
-        or_stop(session.recorder().end_frame());
+        session.recorder().end_span();
+    }
+}
+
+extern "C" fn on_close(_vcpu: c_uint, _data: *mut c_void) {
+    if let Some(session) = SESSION.get() {
+        or_stop(session.recorder().close_frame());
     }
 }
 

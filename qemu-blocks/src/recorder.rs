@@ -5,11 +5,12 @@
 //! | Tag | Then | Means |
 //! |---|---|---|
 //! | `B` | start address, instructions | a block; blocks are numbered from 0 in this order |
-//! | `F` | entries, then per entry: block number less the one before it, executions | a frame, begin to end marker |
+//! | `F` | entries, then per entry: block number less the one before it, executions | a frame |
 //! | `O` | as `F` | all that ran outside frames |
 //! | `E` | nothing | the guest ended in good order |
 //!
-//! A frame is flushed when it ends: a QEMU that is killed leaves a file that is whole up to its last frame.
+//! A frame is the sum of the spans since the frame before it was closed; only what runs in a span belongs to one. It is
+//! flushed when it is closed: a QEMU that is killed leaves a file that is whole up to its last frame.
 
 use std::collections::HashMap;
 use std::io::{self, Write};
@@ -18,25 +19,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// First line of the file.
 pub const HEADER: &[u8] = b"aeroshell-blocks 1\n";
 
-/// Where the guest is.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
-    Frame,
-    Outside,
-}
-
 /// All blocks seen so far, with their counters.
 pub struct Recorder<W: Write> {
     out: W,
     numbers: HashMap<(u64, u64), usize>,
     blocks: Vec<Block>,
-    place: Place,
+    in_span: bool,
 }
 
 /// One block: the counter that translated code increments, and what has been accounted for of it.
 struct Block {
     executions: &'static AtomicU64,
     accounted: u64,
+    in_frame: u64,
     outside: u64,
 }
 
@@ -44,7 +39,7 @@ impl<W: Write> Recorder<W> {
     /// Starts a file.
     pub fn new(mut out: W) -> io::Result<Self> {
         out.write_all(HEADER)?;
-        Ok(Self { out, numbers: HashMap::new(), blocks: Vec::new(), place: Place::Outside })
+        Ok(Self { out, numbers: HashMap::new(), blocks: Vec::new(), in_span: false })
     }
 
     /// The counter of a block, which lives as long as the process because translated code may.
@@ -57,36 +52,46 @@ impl<W: Write> Recorder<W> {
         write_varint(&mut self.out, instructions)?;
         let executions: &'static AtomicU64 = Box::leak(Box::default());
         self.numbers.insert((start, instructions), self.blocks.len());
-        self.blocks.push(Block { executions, accounted: 0, outside: 0 });
+        self.blocks.push(Block { executions, accounted: 0, in_frame: 0, outside: 0 });
         Ok(executions)
     }
 
-    /// The guest is at the marker where a frame begins. A frame that never ended counts as outside.
-    pub fn begin_frame(&mut self) {
-        for block in &mut self.blocks {
-            block.outside += block.take();
-        }
-        self.place = Place::Frame;
+    /// The guest begins a span.
+    pub fn begin_span(&mut self) {
+        self.account();
+        self.in_span = true;
     }
 
-    /// The guest is at the marker where a frame ends.
-    pub fn end_frame(&mut self) -> io::Result<()> {
-        if self.place == Place::Outside {
-            return Ok(());
-        }
-        self.place = Place::Outside;
-        let counts: Vec<u64> = self.blocks.iter_mut().map(Block::take).collect();
+    /// The guest ends a span.
+    pub fn end_span(&mut self) {
+        self.account();
+        self.in_span = false;
+    }
+
+    /// The guest closes a frame: what comes next, in this span or the next, belongs to another.
+    pub fn close_frame(&mut self) -> io::Result<()> {
+        self.account();
+        let counts: Vec<u64> = self.blocks.iter_mut().map(|block| std::mem::take(&mut block.in_frame)).collect();
         self.write_counts(b"F", &counts)?;
         self.out.flush()
     }
 
     /// The guest has ended.
     pub fn finish(&mut self) -> io::Result<()> {
-        self.begin_frame();
-        let counts: Vec<u64> = self.blocks.iter().map(|block| block.outside).collect();
+        self.account();
+        let counts: Vec<u64> = self.blocks.iter().map(|block| block.outside + block.in_frame).collect();
         self.write_counts(b"O", &counts)?;
         self.out.write_all(b"E")?;
         self.out.flush()
+    }
+
+    /// Puts what ran since the last call where it belongs.
+    fn account(&mut self) {
+        for block in &mut self.blocks {
+            let now = block.executions.load(Ordering::Relaxed);
+            let ran = now - std::mem::replace(&mut block.accounted, now);
+            *if self.in_span { &mut block.in_frame } else { &mut block.outside } += ran;
+        }
     }
 
     fn write_counts(&mut self, tag: &[u8], counts: &[u64]) -> io::Result<()> {
@@ -99,14 +104,6 @@ impl<W: Write> Recorder<W> {
             previous = number;
         }
         Ok(())
-    }
-}
-
-impl Block {
-    /// Executions since the last call.
-    fn take(&mut self) -> u64 {
-        let now = self.executions.load(Ordering::Relaxed);
-        now - std::mem::replace(&mut self.accounted, now)
     }
 }
 
@@ -133,10 +130,11 @@ mod tests {
         let mut recorder = Recorder::new(&mut file).unwrap();
         let boot = recorder.counter(0x400, 3).unwrap();
         run(boot, 1);
-        recorder.begin_frame();
+        recorder.begin_span();
         let kernel = recorder.counter(0x500, 9).unwrap();
         run(kernel, 200);
-        recorder.end_frame().unwrap();
+        recorder.close_frame().unwrap();
+        recorder.end_span();
         run(boot, 2);
         recorder.finish().unwrap();
 
@@ -158,20 +156,24 @@ mod tests {
     }
 
     #[test]
-    fn an_end_marker_without_a_begin_makes_no_frame_and_a_begin_without_an_end_counts_as_outside() {
+    fn a_frame_is_the_sum_of_its_spans_and_one_that_was_never_closed_counts_as_outside() {
         let mut file = Vec::new();
         let mut recorder = Recorder::new(&mut file).unwrap();
         let counter = recorder.counter(0x10, 1).unwrap();
+        for (inside, outside) in [(5, 1), (7, 1)] {
+            recorder.begin_span();
+            run(counter, inside);
+            recorder.end_span();
+            run(counter, outside);
+        }
+        recorder.begin_span();
         run(counter, 1);
-        recorder.end_frame().unwrap();
-        recorder.begin_frame();
-        run(counter, 5);
-        recorder.begin_frame();
-        run(counter, 7);
-        recorder.end_frame().unwrap();
+        recorder.close_frame().unwrap();
+        run(counter, 3);
+        recorder.end_span();
         recorder.finish().unwrap();
         let mut expected = HEADER.to_vec();
-        expected.extend(b"B\x10\x01F\x01\x00\x07O\x01\x00\x06E");
+        expected.extend(b"B\x10\x01F\x01\x00\x0dO\x01\x00\x05E");
         assert_eq!(file, expected);
     }
 }

@@ -56,9 +56,10 @@ impl Listing {
         self.instructions.get(first..first + count)
     }
 
-    /// The address of a function.
-    pub fn address_of(&self, name: &str) -> Option<u32> {
-        self.functions.iter().find(|function| function.1 == name).map(|function| function.0)
+    /// The address of a method of a type, however the compiler writes the type's parameters and trait.
+    pub fn address_of_method(&self, type_name: &str, method: &str) -> Option<u32> {
+        let matches = |name: &str| name.contains(type_name) && name.rsplit("::").next() == Some(method);
+        self.functions.iter().find(|function| matches(&function.1)).map(|function| function.0)
     }
 
     /// The function that an address lies in.
@@ -148,7 +149,7 @@ Disassembly of section .text:
      416:      	nop
      418: 00 00 00 20  	.word	0x20000000
 
-0000041c <aeroshell_frame_begin>:
+0000041c <<fsw_core::probe::FrameMeter<C> as fsw_core::probe::Probe>::frame_done::hfedcba9876543210>:
      41c:      	bx	lr
 ";
 
@@ -183,12 +184,12 @@ Disassembly of section .text:
     }
 
     #[test]
-    fn an_address_names_its_function_and_a_function_its_address() {
+    fn an_address_names_its_function_and_a_method_its_address() {
         let listing = Listing::parse(LISTING).unwrap();
         assert_eq!(listing.function_at(0x410), "core::entry");
         assert_eq!(listing.function_at(0x3ff), "(no symbol)");
-        assert_eq!(listing.address_of("aeroshell_frame_begin"), Some(0x41c));
-        assert_eq!(listing.address_of("aeroshell_frame_end"), None);
+        assert_eq!(listing.address_of_method("probe::FrameMeter", "frame_done"), Some(0x41c));
+        assert_eq!(listing.address_of_method("probe::FrameMeter", "done"), None);
     }
 
     #[test]

@@ -33,10 +33,8 @@ use thiserror::Error;
 
 pub use report::{ASSUMPTIONS, CycleReport, FrameCost, FunctionCost};
 
-/// Function of the image at which a measured frame begins.
-pub const FRAME_BEGIN: &str = "aeroshell_frame_begin";
-/// Function of the image at which it ends.
-pub const FRAME_END: &str = "aeroshell_frame_end";
+/// The functions of the flight core's meter by which frames are found in an image.
+const METER: &str = "probe::FrameMeter";
 
 /// Why there is no estimate.
 #[derive(Debug, Error)]
@@ -63,8 +61,8 @@ pub enum CycleError {
         /// Its own words.
         reason: String,
     },
-    /// An image without the marker functions.
-    #[error("{} has no function {name}: frames of this image cannot be told apart", image.display())]
+    /// An image without a meter, or without symbols.
+    #[error("{} has no function FrameMeter::{name}: frames cannot be told apart in it", image.display())]
     NoMarker {
         /// The image.
         image: PathBuf,
@@ -100,8 +98,15 @@ pub fn estimate<E: From<CycleError>>(image: &Path, run: impl FnOnce(&str) -> Res
 #[derive(Debug)]
 pub struct Estimator {
     listing: listing::Listing,
+    markers: Markers,
+}
+
+/// Addresses of the functions at which the plugin acts.
+#[derive(Clone, Copy, Debug)]
+struct Markers {
     begin: u32,
     end: u32,
+    close: u32,
 }
 
 impl Estimator {
@@ -109,17 +114,19 @@ impl Estimator {
     pub fn new(image: &Path) -> Result<Self, CycleError> {
         let listing = listing::Listing::parse(&tools::disassemble(image)?)?;
         let marker = |name: &'static str| {
-            listing.address_of(name).ok_or_else(|| CycleError::NoMarker { image: image.to_owned(), name })
+            let address = listing.address_of_method(METER, name);
+            address.ok_or_else(|| CycleError::NoMarker { image: image.to_owned(), name })
         };
-        let (begin, end) = (marker(FRAME_BEGIN)?, marker(FRAME_END)?);
-        Ok(Self { listing, begin, end })
+        let markers = Markers { begin: marker("resume")?, end: marker("pause")?, close: marker("frame_done")? };
+        Ok(Self { listing, markers })
     }
 
     /// The value for QEMU's option `-plugin`.
     pub fn plugin_argument(&self, plugin: &Path, counts: &Path) -> String {
         // QEMU separates arguments by commas and reads two as one that belongs to the text.
         let escape = |path: &Path| path.display().to_string().replace(',', ",,");
-        format!("{},out={},begin={:#x},end={:#x}", escape(plugin), escape(counts), self.begin, self.end)
+        let Markers { begin, end, close } = self.markers;
+        format!("{},out={},begin={begin:#x},end={end:#x},close={close:#x}", escape(plugin), escape(counts))
     }
 
     /// Reads the counts of a run and puts cycles to them.
@@ -154,15 +161,15 @@ mod tests {
     #[test]
     fn commas_in_paths_are_doubled_for_qemu() {
         let listing = listing::Listing::parse(listing::tests::LISTING).unwrap();
-        let estimator = Estimator { listing, begin: 0x41c, end: 0x420 };
+        let estimator = Estimator { listing, markers: Markers { begin: 0x41c, end: 0x420, close: 0x424 } };
         let argument = estimator.plugin_argument(Path::new("a,b.so"), Path::new("c.bin"));
-        assert_eq!(argument, "a,,b.so,out=c.bin,begin=0x41c,end=0x420");
+        assert_eq!(argument, "a,,b.so,out=c.bin,begin=0x41c,end=0x420,close=0x424");
     }
 
     #[test]
     fn a_run_that_leaves_no_counts_is_an_error_that_says_where_they_should_be() {
         let listing = listing::Listing::parse(listing::tests::LISTING).unwrap();
-        let estimator = Estimator { listing, begin: 0, end: 0 };
+        let estimator = Estimator { listing, markers: Markers { begin: 0, end: 0, close: 0 } };
         let error = estimator.report(Path::new("no-such-folder/counts.bin")).unwrap_err().to_string();
         assert!(error.contains("no-such-folder/counts.bin"), "{error}");
     }
