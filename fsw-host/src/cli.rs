@@ -1,9 +1,12 @@
 //! The command line: what can be asked for, and how each option is read.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::target::Target;
 
 /// Flies Mars entries with the flight software of this repository. Without a command it flies the scenario `msl`.
 #[derive(Debug, Parser)]
@@ -75,12 +78,21 @@ pub struct FlyArgs {
     /// Where the truth simulator runs: in-process, tcp:HOST:PORT, or pty (a hil-sim process of its own).
     #[arg(long, value_name = "WHERE", default_value = "in-process")]
     pub truth: TruthPlace,
-    /// Where the flight computer runs.
-    #[arg(long, value_enum, value_name = "WHERE", default_value = "in-process")]
+    /// Where the flight computer runs: in-process, qemu:m7, qemu:rv64, or serial:DEVICE:BAUD (a board).
+    #[arg(long, value_name = "WHERE", default_value = "in-process")]
     pub computer: ComputerPlace,
+    /// Image for QEMU to run; without it the workspace's own is built.
+    #[arg(long, value_name = "FILE")]
+    pub image: Option<PathBuf>,
+    /// Shows the board's log on standard error.
+    #[arg(long)]
+    pub verbose: bool,
     /// Paces the frames at 50 per second of wall time.
     #[arg(long)]
     pub realtime: bool,
+    /// Asks for real-time scheduling and locked memory, and flies on without if it may not.
+    #[arg(long, requires = "realtime")]
+    pub rt: bool,
     /// Run folder; must not exist or be empty. Without it a fresh runs/SCENARIO-seedN is made.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -215,11 +227,43 @@ impl TriggerName {
 }
 
 /// Where the flight computer runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum ComputerPlace {
     /// In this process.
     #[default]
     InProcess,
+    /// On an emulated processor.
+    Qemu(Target),
+    /// On a board behind a serial line, `DEVICE:BAUD`.
+    Serial(String),
+}
+
+impl FromStr for ComputerPlace {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let bad = || "expected in-process, qemu:m7, qemu:rv64 or serial:DEVICE:BAUD".to_owned();
+        match text.split_once(':') {
+            None if text == "in-process" => Ok(Self::InProcess),
+            Some(("qemu", target)) => target.parse().map(Self::Qemu).map_err(|_| bad()),
+            Some(("serial", line)) if is_device_and_baud(line) => Ok(Self::Serial(line.to_owned())),
+            _ => Err(bad()),
+        }
+    }
+}
+
+impl fmt::Display for ComputerPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InProcess => f.write_str("in-process"),
+            Self::Qemu(target) => write!(f, "qemu:{target}"),
+            Self::Serial(line) => write!(f, "serial:{line}"),
+        }
+    }
+}
+
+fn is_device_and_baud(line: &str) -> bool {
+    line.rsplit_once(':').is_some_and(|(device, baud)| !device.is_empty() && baud.parse::<u32>().is_ok_and(|b| b > 0))
 }
 
 /// Where the truth simulator runs.
@@ -276,6 +320,16 @@ mod tests {
             (cli.fly.scenario.as_str(), cli.fly.seed, cli.fly.nav),
             ("msl-beacon", 7, Some(NavName::DeadReckoning))
         );
+    }
+
+    #[test]
+    fn a_computer_is_named_with_its_processor_or_its_line() {
+        for good in ["in-process", "qemu:m7", "qemu:rv64", "serial:/dev/ttyUSB0:921600"] {
+            assert_eq!(good.parse::<ComputerPlace>().unwrap().to_string(), good);
+        }
+        for bad in ["qemu", "qemu:m4", "serial:/dev/ttyUSB0", "serial::9600", "serial:/dev/x:0", "serial:a:b", ""] {
+            assert!(bad.parse::<ComputerPlace>().is_err(), "{bad}");
+        }
     }
 
     #[test]

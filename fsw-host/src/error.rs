@@ -6,8 +6,10 @@ use hil_sim::scenario::ScenarioError;
 use hil_sim::session::SessionError;
 use thiserror::Error;
 
+use crate::ends::ComputerError;
 use crate::linklog::LinkLogError;
 use crate::report::ReportError;
+use crate::target::TargetError;
 
 /// Bad input, or a place that cannot be written.
 #[derive(Debug, Error)]
@@ -51,6 +53,12 @@ pub enum HostError {
     /// The report.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// The flight computer somewhere else cannot be started.
+    #[error(transparent)]
+    Target(#[from] TargetError),
+    /// The flight computer is lost.
+    #[error(transparent)]
+    Computer(#[from] ComputerError),
     /// An option with a bad value.
     #[error("{0}")]
     Option(String),

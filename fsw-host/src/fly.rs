@@ -9,16 +9,18 @@ use fsw_core::link::schema::SCHEMA_HASH;
 use hil_sim::scenario::{Scenario, ScenarioError};
 use hil_sim::session::{Conductor, RemoteTruth, TruthEnd};
 
-use crate::cli::{FlyArgs, TruthPlace};
-use crate::ends::LocalComputer;
+use crate::cli::{ComputerPlace, FlyArgs, TruthPlace};
+use crate::ends::{ComputerEnd, LocalComputer};
 use crate::error::HostError;
 use crate::linklog::{Direction, LinkLogWriter};
 use crate::output::{print, print_json};
 use crate::pump::{self, Pace, Unwatched, Watch};
+use crate::realtime::ask_for_real_time;
 use crate::record::{FlightRecord, ScenarioFacts};
 use crate::recorder::{FlightId, Recorder};
-use crate::runfolder::RunFolder;
+use crate::runfolder::{BOARD_LOG, RunFolder};
 use crate::screen::{self, Progress};
+use crate::target::{BoardLog, LogStream, Opening, Remote, TargetError};
 
 /// Folder in which run folders are made when none is named.
 const RUNS: &str = "runs";
@@ -70,23 +72,73 @@ pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
     let id = FlightId { seed: args.seed, run: args.run, nominal: args.nominal };
     // Both ends stand before the folder is made: bad input leaves nothing behind.
     let mut truth = truth_end(&args.truth, &scenario, id)?;
+    let progress = Progress::new(!args.common.quiet && !args.common.json);
+    let computer = Computer::open(args, &progress)?;
     let folder = match &args.out {
         Some(path) => RunFolder::at(path, args.force)?,
         None => RunFolder::fresh(Path::new(RUNS), &format!("{}-seed{}", file_name(&scenario.name), args.seed))?,
     };
     folder.write_scenario(&scenario.to_toml())?;
-    let visible = !args.common.quiet && !args.common.json;
-    let mut watch = Recording { log: folder.link_log(SCHEMA_HASH)?, unflushed: 0, progress: Progress::new(visible) };
+    let Computer { mut end, facts, log } = computer;
+    let board_log = log.map(|log| start_log(log, &folder, args, &progress)).transpose()?;
+    progress.fly();
+    let mut watch = Recording { log: folder.link_log(SCHEMA_HASH)?, unflushed: 0, progress };
     catch_interrupt()?;
+    let grant = args.rt.then(ask_for_real_time);
     let pace = Pace { realtime: args.realtime, interrupt: &INTERRUPTED };
-    let record = pump::fly(truth.as_mut(), &mut LocalComputer::default(), recorder(&scenario, id), &mut watch, pace);
+    let recorder = recorder(&scenario, id).on(facts);
+    let mut record = pump::fly(truth.as_mut(), end.as_mut(), recorder, &mut watch, pace);
+    if let Some(kept) = &mut record.summary.realtime {
+        kept.grant = grant;
+    }
+    // The board is switched off first: with that its log is complete.
+    drop(end);
+    let board_log = board_log.map_or(Ok(()), BoardLog::finish);
     // A log that could not be finished does not keep the rest from being written.
     let log = watch.finish().map_err(HostError::file("write", folder.path().join("link.bin")));
     let files = folder.write_record(&record, args.csv);
     log?;
+    board_log.map_err(HostError::file("write", folder.path().join(BOARD_LOG)))?;
     files?;
     say(args, &record, folder.path())?;
     Ok(record.summary.success)
+}
+
+/// The flight computer as the user asked for it.
+struct Computer {
+    end: Box<dyn ComputerEnd>,
+    facts: crate::record::Computer,
+    log: Option<LogStream>,
+}
+
+impl Computer {
+    fn open(args: &FlyArgs, progress: &Progress) -> Result<Self, HostError> {
+        let place = args.computer.to_string();
+        let emulated = matches!(args.computer, ComputerPlace::Qemu(_));
+        if args.image.is_some() && !emulated {
+            return Err(TargetError::ImageNotTaken(place).into());
+        }
+        if args.verbose && !emulated {
+            let no_log = "--verbose shows the log of an emulated board; --computer";
+            return Err(HostError::Option(format!("{no_log} {place} has none here")));
+        }
+        let say = |what: &str| progress.say(what);
+        let opening = Opening { image: args.image.as_deref(), interrupt: &INTERRUPTED, say: &say };
+        let Remote { end, facts, log } = match &args.computer {
+            ComputerPlace::InProcess => {
+                let facts = crate::record::Computer { place, ..Default::default() };
+                return Ok(Self { end: Box::new(LocalComputer::default()), facts, log: None });
+            }
+            ComputerPlace::Qemu(target) => opening.emulator(*target)?,
+            ComputerPlace::Serial(line) => opening.serial(line)?,
+        };
+        Ok(Self { end: Box::new(end), facts, log })
+    }
+}
+
+fn start_log(log: LogStream, folder: &RunFolder, args: &FlyArgs, progress: &Progress) -> Result<BoardLog, HostError> {
+    let show = args.verbose.then(|| -> Box<dyn Fn(&str) + Send> { Box::new(progress.lines()) });
+    Ok(log.write_to(&folder.path().join(BOARD_LOG), show)?)
 }
 
 /// `--set` fields; the named algorithms are fields too and win.

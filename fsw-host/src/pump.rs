@@ -11,10 +11,12 @@ use std::time::{Duration, Instant};
 use fsw_core::link::handshake::HelloError;
 use fsw_core::link::packet::{Downlink, Uplink};
 use fsw_core::link::parameters::NavigationMode;
-use fsw_core::time::{FRAME, MissionTime};
+use fsw_core::time::MissionTime;
 use hil_sim::session::TruthEnd;
 
+use crate::ends::{ComputerEnd, ComputerError};
 use crate::linklog::Direction;
+use crate::realtime::FrameClock;
 use crate::record::{End, FlightRecord};
 use crate::recorder::Recorder;
 use crate::tap::{Heard, Tap};
@@ -24,12 +26,6 @@ const MAX_SILENT_EXCHANGES: u32 = 1_000;
 
 /// Bytes without a single packet among them for so long, and the truth counts as lost.
 const NOISE_PATIENCE: Duration = Duration::from_secs(10);
-
-/// The end of the link where the flight computer is.
-pub trait ComputerEnd {
-    /// Hands over bytes and appends the answer.
-    fn exchange(&mut self, to_computer: &[u8], from_computer: &mut Vec<u8>);
-}
 
 /// Who watches a flight; every method has a default that does nothing.
 pub trait Watch {
@@ -99,6 +95,9 @@ fn fly_with(
         clock: pace.realtime.then(FrameClock::default),
     };
     let end = pump.run(truth, computer, pace.interrupt);
+    if let Some(clock) = &pump.clock {
+        pump.recorder.realtime(clock.report());
+    }
     pump.recorder.finish(end, start.elapsed().as_secs_f64())
 }
 
@@ -147,8 +146,12 @@ impl Pump<'_> {
                 return End::Failed(self.at_time(&what));
             }
             from_computer.clear();
-            self.run_computer(computer, &mut from_computer);
+            let answered = self.run_computer(computer, &mut from_computer);
             self.hear_computer(&from_computer);
+            if let Err(loss) = answered {
+                let interrupted = loss == ComputerError::Interrupted || interrupt.load(Ordering::Relaxed);
+                return if interrupted { End::Interrupted } else { End::Failed(self.at_time(&loss.to_string())) };
+            }
             self.watch.progress(&self.recorder);
             if let Some(e) = self.log_failure.take() {
                 return End::Failed(self.at_time(&format!("link.bin cannot be written: {e}")));
@@ -207,21 +210,33 @@ impl Pump<'_> {
         });
     }
 
-    fn run_computer(&mut self, computer: &mut dyn ComputerEnd, from_computer: &mut Vec<u8>) {
+    fn run_computer(
+        &mut self,
+        computer: &mut dyn ComputerEnd,
+        from_computer: &mut Vec<u8>,
+    ) -> Result<(), ComputerError> {
         if self.to_computer.is_empty() {
-            return;
+            return Ok(());
         }
-        if let (Some(clock), Some(time)) = (&mut self.clock, self.frame_ended) {
-            clock.wait_for(time);
-        }
+        let until = match (&mut self.clock, self.frame_ended) {
+            (Some(clock), Some(time)) => Some(clock.wait_for(time)),
+            _ => None,
+        };
         let start = Instant::now();
-        computer.exchange(&self.to_computer, from_computer);
-        self.frame_cost += start.elapsed();
+        let answered = computer.exchange(&self.to_computer, from_computer, until);
+        let end = Instant::now();
+        self.frame_cost += end - start;
+        if let (Some(clock), Some(due)) = (&mut self.clock, until) {
+            clock.answered(end, due);
+        }
         if self.frame_ended.is_some() {
-            self.recorder.frame_cost(self.frame_cost.as_secs_f32() * 1e6);
+            if computer.is_local() {
+                self.recorder.frame_cost(self.frame_cost.as_secs_f32() * 1e6);
+            }
             self.frame_cost = Duration::ZERO;
         }
         self.recorder.count_bytes(self.to_computer.len(), from_computer.len());
+        answered
     }
 
     fn hear_computer(&mut self, bytes: &[u8]) {
@@ -236,20 +251,6 @@ impl Pump<'_> {
                 log_failure.get_or_insert(e);
             }
         });
-    }
-}
-
-/// Wall-clock schedule of the frames: absolute, so that delays never add up.
-#[derive(Default)]
-struct FrameClock {
-    first: Option<(Instant, MissionTime)>,
-}
-
-impl FrameClock {
-    fn wait_for(&mut self, time: MissionTime) {
-        let (start, first) = *self.first.get_or_insert((Instant::now(), time));
-        let due = start + Duration::from_micros(u64::from(time.since(first).unwrap_or(FRAME).0));
-        std::thread::sleep(due.saturating_duration_since(Instant::now()));
     }
 }
 

@@ -10,6 +10,8 @@ use fsw_core::units::rad;
 use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
+use crate::realtime::RealTime;
+
 /// Everything known about one flight once it is over.
 #[derive(Clone, Debug)]
 pub struct FlightRecord {
@@ -223,12 +225,29 @@ pub struct Summary {
     pub navigation: Navigation,
     /// Rejected and lost packets by cause, as the flight computer counted them.
     pub link: LinkCounters,
+    /// Where the flight software ran and what it was.
+    pub computer: Computer,
+    /// How the schedule was kept, of a flight by the wall clock.
+    pub realtime: Option<RealTime>,
     /// Minor frames flown.
     pub frames: u32,
     /// SHA-256 over time and packet of all Actuator, NavTlm, GuidanceTlm and Event packets.
     pub output_hash: String,
     /// Wall time of the flight, s.
     pub wall_s: f64,
+}
+
+/// Where the flight software ran and what it was.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Computer {
+    /// `in-process`, `qemu:…` or `serial:…`.
+    pub place: String,
+    /// Identity of the build, as the flight computer said it in its greeting, hexadecimal.
+    pub build_id: Option<String>,
+    /// File of the image that ran.
+    pub image: Option<String>,
+    /// SHA-256 of what the image puts into memory, hexadecimal.
+    pub image_sha256: Option<String>,
 }
 
 /// One milestone of the flight with the true state at its time.

@@ -5,7 +5,8 @@ use fsw_core::time::{FRAME, MissionTime};
 use sha2::{Digest, Sha256};
 
 use crate::measure::{consistency, truth_sample};
-use crate::record::{End, FlightRecord, LinkCounters, ScenarioFacts, Summary, TruthSample};
+use crate::realtime::RealTime;
+use crate::record::{Computer, End, FlightRecord, LinkCounters, ScenarioFacts, Summary, TruthSample};
 use crate::summary;
 
 /// Identity of a flight.
@@ -24,6 +25,8 @@ pub struct Recorder {
     record: FlightRecord,
     hash: Sha256,
     link: LinkCounters,
+    computer: Computer,
+    realtime: Option<RealTime>,
     time_limit_s: f64,
     over: Option<End>,
 }
@@ -48,7 +51,16 @@ impl Recorder {
             end: End::Interrupted,
             summary: Summary::default(),
         };
-        Self { record, hash: Sha256::new(), link: LinkCounters::default(), time_limit_s, over: None }
+        let (link, computer) =
+            (LinkCounters::default(), Computer { place: "in-process".into(), ..Computer::default() });
+        Self { record, hash: Sha256::new(), link, computer, realtime: None, time_limit_s, over: None }
+    }
+
+    /// Flies on another computer than the one of this process.
+    #[must_use]
+    pub fn on(mut self, computer: Computer) -> Self {
+        self.computer = computer;
+        self
     }
 
     /// The facts of the scenario.
@@ -89,7 +101,8 @@ impl Recorder {
             Downlink::GuidanceTlm(guidance) => record.guidance.push((frame.time, guidance)),
             Downlink::HealthTlm(health) => record.health.push((frame.time, health)),
             Downlink::Event(event) => record.events.push(event),
-            Downlink::Hello(_) | Downlink::CommandReply(_) | Downlink::CostTlm(_) => {}
+            Downlink::Hello(hello) => self.computer.build_id = Some(format!("{:016x}", hello.build_id)),
+            Downlink::CommandReply(_) | Downlink::CostTlm(_) => {}
         }
     }
 
@@ -107,6 +120,11 @@ impl Recorder {
     /// Notes the wall time that the flight computer took for a frame.
     pub fn frame_cost(&mut self, cost_us: f32) {
         self.record.frame_cost_us.push(cost_us);
+    }
+
+    /// Notes how well the wall clock was kept.
+    pub fn realtime(&mut self, kept: RealTime) {
+        self.realtime = Some(kept);
     }
 
     /// How the flight ended, once it has.
@@ -140,7 +158,11 @@ impl Recorder {
         self.record.end = end;
         let hash = self.hash.finalize();
         let hash = hash.iter().map(|byte| format!("{byte:02x}")).collect();
-        self.record.summary = summary::of(&self.record, self.link, hash, wall_s);
+        self.record.summary = Summary {
+            computer: self.computer,
+            realtime: self.realtime,
+            ..summary::of(&self.record, self.link, hash, wall_s)
+        };
         self.record
     }
 }

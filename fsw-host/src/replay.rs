@@ -13,10 +13,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::cli::ReplayArgs;
+use crate::ends::{ComputerEnd, ComputerError};
 use crate::error::HostError;
 use crate::linklog::{Direction, LinkLog, LinkLogError};
 use crate::output::{print, print_json};
-use crate::pump::ComputerEnd;
 use crate::tap::{Heard, Tap};
 
 /// Outcome of a replay.
@@ -73,7 +73,10 @@ pub fn read_log(run: &Path) -> Result<LinkLog, HostError> {
 }
 
 /// Replays a log into `computer`.
-pub fn replay(log: &LinkLog, computer: &mut dyn ComputerEnd) -> Verdict {
+///
+/// # Errors
+/// The computer is lost.
+pub fn replay(log: &LinkLog, computer: &mut dyn ComputerEnd) -> Result<Verdict, ComputerError> {
     let mut replay = Replay { expected: VecDeque::new(), answered: VecDeque::new(), packets: 0, frames: 0 };
     let (mut recorded, mut replayed) = (Tap::<Downlink>::default(), Tap::<Downlink>::default());
     let mut answer = Vec::with_capacity(4_096);
@@ -82,7 +85,7 @@ pub fn replay(log: &LinkLog, computer: &mut dyn ComputerEnd) -> Verdict {
         match direction {
             Direction::Up => {
                 answer.clear();
-                computer.exchange(bytes, &mut answer);
+                computer.exchange(bytes, &mut answer, None)?;
                 replayed.feed(&answer, |piece, heard| replay.answered.push_back(Piece::new(piece, heard)));
             }
             Direction::Down => {
@@ -96,21 +99,21 @@ pub fn replay(log: &LinkLog, computer: &mut dyn ComputerEnd) -> Verdict {
     }
     // A log cut off in the middle lacks answers; a whole one must not.
     let difference = difference.or_else(|| if log.truncated { None } else { replay.left_over() });
-    Verdict {
+    Ok(Verdict {
         identical: difference.is_none(),
         packets: replay.packets,
         frames: replay.frames,
         truncated: log.truncated,
         difference,
-    }
+    })
 }
 
 /// Runs the command into a fresh `computer`; true when the replay is identical.
 ///
 /// # Errors
-/// The log cannot be read.
+/// The log cannot be read, or the computer is lost.
 pub fn run(args: &ReplayArgs, computer: &mut dyn ComputerEnd) -> Result<bool, HostError> {
-    let verdict = replay(&read_log(&args.run)?, computer);
+    let verdict = replay(&read_log(&args.run)?, computer)?;
     if args.json {
         print_json(&verdict)?;
     } else if !args.quiet {
@@ -276,13 +279,15 @@ mod tests {
     use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
     use fsw_core::link::packet::{Actuator, Hello};
     use fsw_core::time::MissionTime;
+    use std::time::Instant;
 
     /// Answers the n-th exchange with the n-th script entry.
     struct Script(VecDeque<Vec<u8>>);
 
     impl ComputerEnd for Script {
-        fn exchange(&mut self, _: &[u8], out: &mut Vec<u8>) {
+        fn exchange(&mut self, _: &[u8], out: &mut Vec<u8>, _: Option<Instant>) -> Result<(), ComputerError> {
             out.extend(self.0.pop_front().unwrap_or_default());
+            Ok(())
         }
     }
 
@@ -317,7 +322,7 @@ mod tests {
 
     fn verdict(recorded: &[Vec<u8>], replayed: &[Vec<u8>]) -> Verdict {
         let log = LinkLog::read(log_of(recorded).as_slice()).unwrap();
-        replay(&log, &mut Script(replayed.iter().cloned().collect()))
+        replay(&log, &mut Script(replayed.iter().cloned().collect())).unwrap()
     }
 
     #[test]
@@ -356,7 +361,7 @@ mod tests {
         let answers = [actuator(1, 0.0), actuator(2, 0.0)];
         let whole = log_of(&answers);
         let log = LinkLog::read(&whole[..whole.len() - 3]).unwrap();
-        let verdict = replay(&log, &mut Script(answers.into_iter().collect()));
+        let verdict = replay(&log, &mut Script(answers.into_iter().collect())).unwrap();
         assert!(verdict.identical && verdict.truncated);
         assert_eq!(verdict.packets, 1);
     }

@@ -10,8 +10,19 @@ use crate::record::FlightRecord;
 use crate::{report, telemetry};
 
 /// Files of a run folder; `--force` removes these and nothing else.
-pub const FILES: [&str; 7] =
-    ["summary.json", "telemetry.parquet", "telemetry.csv", "link.bin", "scenario.toml", "report.html", "overview.svg"];
+pub const FILES: [&str; 8] = [
+    "summary.json",
+    "telemetry.parquet",
+    "telemetry.csv",
+    "link.bin",
+    "scenario.toml",
+    "report.html",
+    "overview.svg",
+    BOARD_LOG,
+];
+
+/// What a flight computer outside this process says about itself beside the link.
+pub const BOARD_LOG: &str = "board.log";
 
 /// Ends the name of a file that is not whole yet.
 const PART: &str = ".part";

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::time::Duration;
 
 use console::{Style, style};
 use fsw_core::planet::STANDARD_GRAVITY_MPS2;
@@ -17,10 +18,13 @@ const WIDTH: usize = 78;
 const FRAMES_PER_UPDATE: usize = 50;
 /// Resolution of the bar.
 const BAR_STEPS: u64 = 1_000;
+/// Time between two turns of the wheel that turns before a flight.
+const SPIN: Duration = Duration::from_millis(120);
 
 /// A bar that follows the flight from entry to target.
 pub struct Progress {
     bar: ProgressBar,
+    visible: bool,
     seen: usize,
     range_at_entry_m: Option<f64>,
 }
@@ -30,9 +34,36 @@ impl Progress {
     #[must_use]
     pub fn new(visible: bool) -> Self {
         let bar = if visible { ProgressBar::new(BAR_STEPS) } else { ProgressBar::hidden() };
-        let style = ProgressStyle::with_template("  {bar:28.cyan/blue} {msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { bar, seen: 0, range_at_entry_m: None }
+        let progress = Self { bar, visible, seen: 0, range_at_entry_m: None };
+        progress.fly();
+        progress
+    }
+
+    /// Says what is being done before the flight, while it may take a while.
+    pub fn say(&self, what: &str) {
+        if !self.visible {
+            return;
+        }
+        if self.bar.is_hidden() {
+            eprintln!("  {what}");
+            return;
+        }
+        self.bar.set_style(style_of("  {spinner:.cyan} {msg}"));
+        self.bar.set_message(what.to_owned());
+        self.bar.enable_steady_tick(SPIN);
+    }
+
+    /// Where lines can be shown without tearing the bar.
+    pub fn lines(&self) -> impl Fn(&str) + Send + use<> {
+        let bar = self.bar.clone();
+        move |line| bar.suspend(|| eprintln!("{line}"))
+    }
+
+    /// The flight begins.
+    pub fn fly(&self) {
+        self.bar.disable_steady_tick();
+        self.bar.set_style(style_of("  {bar:28.cyan/blue} {msg}"));
+        self.bar.set_message("");
     }
 
     /// Shows where the flight is; cheap when there is nothing new.
@@ -60,6 +91,10 @@ impl Progress {
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+fn style_of(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 /// The whole screen as text; colours only where the terminal has them.

@@ -15,7 +15,7 @@ use crate::record::{
 };
 use crate::recorder::sample_at;
 
-/// The summary of a closed record.
+/// The summary of a closed record, less what only those who flew it know.
 #[must_use]
 pub fn of(record: &FlightRecord, link: LinkCounters, output_hash: String, wall_s: f64) -> Summary {
     let deployed = record.truth.last().filter(|_| record.end == End::Deployed);
@@ -43,6 +43,7 @@ pub fn of(record: &FlightRecord, link: LinkCounters, output_hash: String, wall_s
         frames: u32::try_from(record.actuators.len()).unwrap_or(u32::MAX),
         output_hash,
         wall_s,
+        ..Summary::default()
     }
 }
 

@@ -64,7 +64,7 @@ impl Answerer {
 }
 
 impl ComputerEnd for Answerer {
-    fn exchange(&mut self, bytes: &[u8], out: &mut Vec<u8>) {
+    fn exchange(&mut self, bytes: &[u8], out: &mut Vec<u8>, _: Option<Instant>) -> Result<(), ComputerError> {
         self.heard.extend_from_slice(bytes);
         let (fire_in, truths) = (self.fire_in, &mut self.truths);
         self.up.feed(bytes, |_, heard| {
@@ -80,6 +80,11 @@ impl ComputerEnd for Answerer {
                 _ => {}
             }
         });
+        Ok(())
+    }
+
+    fn is_local(&self) -> bool {
+        true
     }
 }
 
@@ -216,4 +221,26 @@ fn a_truth_end_of_another_protocol_is_refused_by_name() {
     let theirs = fsw_core::link::packet::Hello { protocol_version: 77, schema_hash: 0, build_id: 0 };
     let reason = end_of(encoded(MissionTime::ZERO, Uplink::Hello(theirs)));
     assert!(reason.starts_with("the truth simulator is refused: the peer speaks protocol version 77"), "{reason}");
+}
+
+/// A flight computer that is lost in its third frame, after it has answered.
+struct Mortal(Answerer);
+
+impl ComputerEnd for Mortal {
+    fn exchange(&mut self, bytes: &[u8], out: &mut Vec<u8>, until: Option<Instant>) -> Result<(), ComputerError> {
+        self.0.exchange(bytes, out, until)?;
+        let frames = self.0.heard.iter().filter(|byte| **byte == 0).count();
+        let lost = || ComputerError::Lost { place: "on the bench".into(), reason: "smoke".into() };
+        if frames < 3 { Ok(()) } else { Err(lost()) }
+    }
+}
+
+#[test]
+fn a_lost_flight_computer_ends_the_flight_and_its_last_words_are_kept() {
+    let mut computer = Mortal(Answerer::new(9));
+    let mut script = Script::new(20, usize::MAX);
+    let record = fly(&mut script, &mut computer, recorder(NavigationMode::Ekf), &mut Unwatched, CALM_PACE);
+    let reason = "the flight computer on the bench is lost: smoke (at t = 0.06 s)";
+    assert_eq!(record.end, End::Failed(reason.into()));
+    assert_eq!((record.actuators.len(), record.frame_cost_us.len()), (3, 0));
 }

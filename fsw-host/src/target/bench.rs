@@ -1,0 +1,98 @@
+//! A flight computer that works off files: whole recorded uplinks, at the full speed of the emulator.
+//!
+//! The image `bench` runs the same board as the image that flies, between two files instead of a serial line: it reads
+//! the job, writes the answers and ends. Logs are flown one after the other in one boot; between two of them the
+//! computer is told to restart, which only this image obeys.
+
+use std::fs;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
+use fsw_core::link::packet::{Command, Frame, Injection, Uplink};
+use fsw_core::time::MissionTime;
+
+use super::{Image, Qemu, Target, TargetError};
+use crate::linklog::{Direction, LinkLog};
+use crate::tap::{Heard, Tap};
+
+/// Name of the image.
+pub const BENCH_IMAGE: &str = "bench";
+/// Longest wait for a job.
+pub const PATIENCE: Duration = Duration::from_secs(600);
+
+/// The bytes that went to the flight computer, in order.
+#[must_use]
+pub fn uplink_of(log: &LinkLog) -> Vec<u8> {
+    log.records().filter(|(direction, _)| *direction == Direction::Up).flat_map(|(_, bytes)| bytes).copied().collect()
+}
+
+/// Flies recorded uplinks on a target, one after the other in one boot, and returns everything it answered.
+///
+/// # Errors
+/// No emulator; or the board did not do its job within `patience`, with the emulator's last words.
+pub fn run(target: Target, image: &Image, logs: &[Vec<u8>], patience: Duration) -> Result<Vec<u8>, TargetError> {
+    let failed = |reason: String| TargetError::Bench { target: target.title(), reason };
+    let folder = Folder::new()?;
+    let (job, answer) = (folder.0.join("job.bin"), folder.0.join("answer.bin"));
+    fs::write(&job, job_of(logs)).map_err(TargetError::system(format!("write {}", job.display())))?;
+    let files = format!("arg={BENCH_IMAGE},arg={},arg={}", job.display(), answer.display());
+    let devices = ["-semihosting-config".into(), format!("enable=on,target=native,{files}")];
+    let mut qemu = Qemu::start(target, image, &devices)?;
+    let status = qemu
+        .wait(patience)
+        .ok_or_else(|| failed(format!("it did not finish {} logs within {} s", logs.len(), patience.as_secs())))?;
+    if !status.success() {
+        return Err(failed(qemu.last_words(status)));
+    }
+    fs::read(&answer).map_err(TargetError::system(format!("read {}", answer.display())))
+}
+
+/// The logs with a restart between each two, numbered on so that it is not taken for a repetition.
+fn job_of(logs: &[Vec<u8>]) -> Vec<u8> {
+    let mut job = Vec::with_capacity(logs.iter().map(|log| log.len() + MAX_FRAME).sum());
+    for (number, log) in logs.iter().enumerate() {
+        job.extend_from_slice(log);
+        if number + 1 == logs.len() {
+            break;
+        }
+        let (sequence, time) = last_frame(log);
+        let packet = Uplink::Command(Command::Inject(Injection::Restart));
+        let mut room: FrameBytes = [0; MAX_FRAME];
+        let frame = Frame { sequence: sequence.wrapping_add(1), time, packet };
+        // Every packet fits its own maximum size.
+        job.extend_from_slice(encode_frame(&frame, &mut room).unwrap_or_default());
+    }
+    job
+}
+
+/// Number and time of the last packet of a log.
+fn last_frame(log: &[u8]) -> (u16, MissionTime) {
+    let mut last = (u16::MAX, MissionTime::ZERO);
+    Tap::<Uplink>::default().feed(log, |_, heard| {
+        if let Heard::Packet(frame) = heard {
+            last = (frame.sequence, frame.time);
+        }
+    });
+    last
+}
+
+/// A folder of its own, removed in the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Result<Self, TargetError> {
+        use std::sync::atomic::{AtomicU32, Ordering};
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("aeroshell-bench-{}-{number}", std::process::id()));
+        fs::create_dir(&path).map_err(TargetError::system(format!("create {}", path.display())))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
