@@ -3,6 +3,8 @@
 use std::time::Instant;
 
 use fsw_core::executive::FlightComputer;
+use fsw_core::link::packet::{RestartReason, RestartReport};
+use fsw_core::probe::{Counter, FrameMeter, MeasuredCost};
 use thiserror::Error;
 
 /// Identity of this build as it says hello: the version of the package, FNV-1a.
@@ -34,6 +36,14 @@ pub enum ComputerError {
         /// How it showed.
         reason: String,
     },
+    /// It has begun again and knows nothing of the flight any more.
+    #[error("the flight computer {place} restarted in flight: {}", restart_reason(.report))]
+    Restarted {
+        /// Which one.
+        place: String,
+        /// What it found when it started again.
+        report: RestartReport,
+    },
     /// The user does not want to wait any longer.
     #[error("the flight was interrupted")]
     Interrupted,
@@ -53,18 +63,51 @@ pub trait ComputerEnd {
         until: Option<Instant>,
     ) -> Result<(), ComputerError>;
 
-    /// Whether the wall time of an exchange is what the flight software costs here, and not a link to elsewhere.
-    fn is_local(&self) -> bool {
-        false
+    /// What the last minor frame cost, ns, where this process runs the flight software.
+    fn take_cost(&mut self) -> Option<MeasuredCost> {
+        None
+    }
+}
+
+/// Why a flight computer restarted, in words.
+#[must_use]
+pub fn restart_reason(report: &RestartReport) -> String {
+    let RestartReport { reason, frame, address } = report;
+    let reason = match reason {
+        RestartReason::Panic => "its software panicked",
+        RestartReason::ProcessorFault => "its processor met a fault",
+        RestartReason::StackOverflow => "its stack ran into the guard",
+        RestartReason::Watchdog => "its watchdog was not fed in time",
+    };
+    match address {
+        0 => format!("{reason} in frame {frame}"),
+        _ => format!("{reason} in frame {frame} at {address:#010x}"),
     }
 }
 
 /// A fresh flight computer in this process.
-pub struct LocalComputer(Box<FlightComputer>);
+pub struct LocalComputer {
+    computer: Box<FlightComputer>,
+    meter: FrameMeter<Nanoseconds>,
+}
 
 impl Default for LocalComputer {
     fn default() -> Self {
-        Self(Box::new(FlightComputer::new(BUILD_ID)))
+        let meter = FrameMeter::new(Nanoseconds(Instant::now()));
+        Self { computer: Box::new(FlightComputer::new(BUILD_ID)), meter }
+    }
+}
+
+/// The wall clock as a counter of cost. It is kept from the flight computer, whose outputs must not depend on it.
+struct Nanoseconds(Instant);
+
+impl Counter for Nanoseconds {
+    fn restart(&mut self) {
+        self.0 = Instant::now();
+    }
+
+    fn read(&mut self) -> u32 {
+        u32::try_from(self.0.elapsed().as_nanos()).unwrap_or(u32::MAX)
     }
 }
 
@@ -75,11 +118,13 @@ impl ComputerEnd for LocalComputer {
         from_computer: &mut Vec<u8>,
         _until: Option<Instant>,
     ) -> Result<(), ComputerError> {
-        self.0.receive(to_computer, |bytes| from_computer.extend_from_slice(bytes));
+        self.meter.resume();
+        self.computer.receive_probed(to_computer, &mut self.meter, |bytes| from_computer.extend_from_slice(bytes));
+        self.meter.pause();
         Ok(())
     }
 
-    fn is_local(&self) -> bool {
-        true
+    fn take_cost(&mut self) -> Option<MeasuredCost> {
+        self.meter.take()
     }
 }

@@ -71,7 +71,7 @@ pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
     scenario.check_reach().map_err(|e| ScenarioError { message: format!("{}: {e}", args.scenario) })?;
     let id = FlightId { seed: args.seed, run: args.run, nominal: args.nominal };
     // Both ends stand before the folder is made: bad input leaves nothing behind.
-    let mut truth = truth_end(&args.truth, &scenario, id)?;
+    let mut truth = truth_end(args, &scenario, id)?;
     let progress = Progress::new(!args.common.quiet && !args.common.json);
     let computer = Computer::open(args, &progress)?;
     let folder = match &args.out {
@@ -151,10 +151,17 @@ fn sets(args: &FlyArgs) -> Vec<String> {
     args.common.set.iter().cloned().chain(named.into_iter().flatten()).collect()
 }
 
-fn truth_end(place: &TruthPlace, scenario: &Scenario, id: FlightId) -> Result<Box<dyn TruthEnd>, HostError> {
+fn truth_end(args: &FlyArgs, scenario: &Scenario, id: FlightId) -> Result<Box<dyn TruthEnd>, HostError> {
     let open = |place: &str| RemoteTruth::open(place, scenario, id.seed, id.run, id.nominal);
-    Ok(match place {
-        TruthPlace::InProcess => Box::new(Conductor::new(scenario, id.seed, id.run, id.nominal)?),
+    Ok(match &args.truth {
+        TruthPlace::InProcess => {
+            let mut conductor = Conductor::new(scenario, id.seed, id.run, id.nominal)?;
+            // A real board has a clock of its own that goes as ours does; an emulated one has none.
+            if args.realtime && matches!(args.computer, ComputerPlace::Serial(_)) {
+                conductor.set_pace(fsw_core::link::packet::Pace::RealTime);
+            }
+            Box::new(conductor)
+        }
         TruthPlace::Tcp(address) => Box::new(open(&format!("tcp:{address}"))?),
         TruthPlace::Pty => Box::new(open("pty")?),
     })

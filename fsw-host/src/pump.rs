@@ -87,7 +87,6 @@ fn fly_with(
         down: Tap::default(),
         to_computer: Vec::with_capacity(4_096),
         frame_ended: None,
-        frame_cost: Duration::ZERO,
         log_failure: None,
         refused: None,
         last_packet: start,
@@ -111,8 +110,6 @@ struct Pump<'a> {
     to_computer: Vec<u8>,
     /// Time of the inertial packet in it, if one is there.
     frame_ended: Option<MissionTime>,
-    /// Wall time since the last frame ended that the flight computer took.
-    frame_cost: Duration,
     log_failure: Option<io::Error>,
     /// Why the truth end is none to fly with.
     refused: Option<HelloError>,
@@ -222,18 +219,12 @@ impl Pump<'_> {
             (Some(clock), Some(time)) => Some(clock.wait_for(time)),
             _ => None,
         };
-        let start = Instant::now();
         let answered = computer.exchange(&self.to_computer, from_computer, until);
-        let end = Instant::now();
-        self.frame_cost += end - start;
         if let (Some(clock), Some(due)) = (&mut self.clock, until) {
-            clock.answered(end, due);
+            clock.answered(Instant::now(), due);
         }
-        if self.frame_ended.is_some() {
-            if computer.is_local() {
-                self.recorder.frame_cost(self.frame_cost.as_secs_f32() * 1e6);
-            }
-            self.frame_cost = Duration::ZERO;
+        if let Some(cost) = computer.take_cost() {
+            self.recorder.frame_cost(&cost);
         }
         self.recorder.count_bytes(self.to_computer.len(), from_computer.len());
         answered

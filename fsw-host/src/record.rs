@@ -5,6 +5,7 @@
 use fsw_core::link::packet::{Actuator, Event, GuidanceTlm, HealthTlm, NavTlm, RejectCounters, Truth};
 use fsw_core::link::parameters::{ConstraintParameters, DeployParameters, NavigationMode, Target, TriggerKind};
 use fsw_core::planet::{Planet, STANDARD_GRAVITY_MPS2};
+use fsw_core::probe::SLOT_COUNT;
 use fsw_core::time::MissionTime;
 use fsw_core::units::rad;
 use hil_sim::scenario::Scenario;
@@ -37,6 +38,8 @@ pub struct FlightRecord {
     pub events: Vec<Event>,
     /// Wall time the flight computer took per minor frame, µs; index 0 is frame 1. Empty when it runs elsewhere.
     pub frame_cost_us: Vec<f32>,
+    /// The same by schedule slot, worst of the flight, ns.
+    pub slot_worst_ns: [u32; SLOT_COUNT],
     /// Consistency of the navigation, one entry per [`FlightRecord::nav`] that has a true state at its time.
     pub nees: Vec<NeesSample>,
     /// How the flight ended.
@@ -227,6 +230,8 @@ pub struct Summary {
     pub link: LinkCounters,
     /// Where the flight software ran and what it was.
     pub computer: Computer,
+    /// What the flight software cost there; none when it was not measured.
+    pub cost: Option<Cost>,
     /// How the schedule was kept, of a flight by the wall clock.
     pub realtime: Option<RealTime>,
     /// Minor frames flown.
@@ -248,6 +253,32 @@ pub struct Computer {
     pub image: Option<String>,
     /// SHA-256 of what the image puts into memory, hexadecimal.
     pub image_sha256: Option<String>,
+}
+
+/// What the flight software cost, worst of the flight.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cost {
+    /// `ns` of wall time in this process, `instructions` on an emulated processor, `counts` of a board's own counter.
+    pub unit: String,
+    /// The whole minor frame.
+    pub frame: SlotCost,
+    /// By slot of the schedule, in its order.
+    pub slots: Vec<SlotCost>,
+    /// Frames over budget, as the flight software counted them.
+    pub slips: u16,
+    /// Deepest stack use, bytes; none where it is not measured.
+    pub stack_high_water_bytes: Option<u32>,
+}
+
+/// One line of [`Cost`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SlotCost {
+    /// Which slot.
+    pub name: String,
+    /// Most of a frame of the flight.
+    pub max: u32,
+    /// What it may be; none for wall time, which has no budget.
+    pub budget: Option<u32>,
 }
 
 /// One milestone of the flight with the true state at its time.

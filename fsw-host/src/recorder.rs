@@ -1,6 +1,7 @@
 //! Hears every packet of a flight, keeps what belongs in the [`FlightRecord`], and knows when the flight is over.
 
 use fsw_core::link::packet::{Actuator, Downlink, Frame, RejectCounters, Truth};
+use fsw_core::probe::{MeasuredCost, SLOT_COUNT};
 use fsw_core::time::{FRAME, MissionTime};
 use sha2::{Digest, Sha256};
 
@@ -47,6 +48,7 @@ impl Recorder {
             health: Vec::with_capacity(512),
             events: Vec::new(),
             frame_cost_us: Vec::new(),
+            slot_worst_ns: [0; SLOT_COUNT],
             nees: Vec::with_capacity(4_096),
             end: End::Interrupted,
             summary: Summary::default(),
@@ -117,9 +119,12 @@ impl Recorder {
         self.link.downlink_bytes += down as u64;
     }
 
-    /// Notes the wall time that the flight computer took for a frame.
-    pub fn frame_cost(&mut self, cost_us: f32) {
-        self.record.frame_cost_us.push(cost_us);
+    /// Notes what a frame cost in this process, ns.
+    pub fn frame_cost(&mut self, cost: &MeasuredCost) {
+        self.record.frame_cost_us.push(cost.whole as f32 * 1e-3);
+        for (worst, spent) in self.record.slot_worst_ns.iter_mut().zip(cost.slots) {
+            *worst = (*worst).max(spent);
+        }
     }
 
     /// Notes how well the wall clock was kept.
@@ -159,6 +164,7 @@ impl Recorder {
         let hash = self.hash.finalize();
         let hash = hash.iter().map(|byte| format!("{byte:02x}")).collect();
         self.record.summary = Summary {
+            cost: summary::cost(&self.record, &self.computer.place),
             computer: self.computer,
             realtime: self.realtime,
             ..summary::of(&self.record, self.link, hash, wall_s)

@@ -153,5 +153,6 @@ fn conduct(
     let mut plan = Plan::new(scenario, case.knowledge, case.noise.stream("uplink faults"));
     plan.truth_tap = false;
     let mut conductor = Conductor::with_plant(Truth::new(&case), plan)?;
+    conductor.set_pace(pace.of_the_board());
     Ok(pump(stream, &mut conductor, pace))
 }

@@ -3,6 +3,7 @@ use crate::record::tests::facts;
 use crate::recorder::FlightId;
 use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
 use fsw_core::link::packet::{Actuator, Frame, Imu, Truth};
+use fsw_core::probe::MeasuredCost;
 use hil_sim::session::SessionError;
 
 static CALM: AtomicBool = AtomicBool::new(false);
@@ -55,18 +56,19 @@ struct Answerer {
     fire_in: u32,
     truths: u32,
     heard: Vec<u8>,
+    frame_closed: Option<()>,
 }
 
 impl Answerer {
     fn new(fire_in: u32) -> Self {
-        Self { up: Tap::default(), fire_in, truths: 0, heard: Vec::new() }
+        Self { up: Tap::default(), fire_in, truths: 0, heard: Vec::new(), frame_closed: None }
     }
 }
 
 impl ComputerEnd for Answerer {
     fn exchange(&mut self, bytes: &[u8], out: &mut Vec<u8>, _: Option<Instant>) -> Result<(), ComputerError> {
         self.heard.extend_from_slice(bytes);
-        let (fire_in, truths) = (self.fire_in, &mut self.truths);
+        let (fire_in, truths, closed) = (self.fire_in, &mut self.truths, &mut self.frame_closed);
         self.up.feed(bytes, |_, heard| {
             let Heard::Packet(frame) = heard else { return };
             match frame.packet {
@@ -75,6 +77,7 @@ impl ComputerEnd for Answerer {
                     let discretes = if index == fire_in { Actuator::MORTAR_FIRE } else { 0 };
                     let actuator = Actuator { frame: index, discretes, ..Actuator::default() };
                     out.extend(encoded(frame.time, Downlink::Actuator(actuator)));
+                    *closed = Some(());
                 }
                 Uplink::Truth(_) => *truths += 1,
                 _ => {}
@@ -83,8 +86,8 @@ impl ComputerEnd for Answerer {
         Ok(())
     }
 
-    fn is_local(&self) -> bool {
-        true
+    fn take_cost(&mut self) -> Option<MeasuredCost> {
+        self.frame_closed.take().map(|()| MeasuredCost { whole: 2_000, ..MeasuredCost::NONE })
     }
 }
 

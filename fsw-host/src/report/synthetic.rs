@@ -24,6 +24,7 @@ pub fn empty() -> FlightRecord {
         health: Vec::new(),
         events: Vec::new(),
         frame_cost_us: Vec::new(),
+        slot_worst_ns: [0; fsw_core::probe::SLOT_COUNT],
         nees: Vec::new(),
         end: End::Interrupted,
         summary: Summary { scenario: "synthetic".into(), ..Summary::default() },

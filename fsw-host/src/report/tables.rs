@@ -1,12 +1,13 @@
 //! Tables: what happened when, and what the link counted.
 
-use fsw_core::executive::schedule::SCHEDULE;
-use fsw_core::link::packet::{DeployCause, Event, EventKind, RejectCounters, RestartReport, Severity};
+use fsw_core::link::packet::{DeployCause, Event, EventKind, RejectCounters, Severity};
 use maud::{Markup, html};
 
 use super::figures::mode_name;
 use super::plot::number;
+use crate::ends::restart_reason;
 use crate::record::{FlightRecord, Milestone};
+use crate::summary::slot_name;
 
 /// Events beyond this number are left out of the page.
 const MOST_EVENTS: usize = 200;
@@ -92,12 +93,9 @@ fn describe(kind: &EventKind) -> String {
         EventKind::CovarianceRestored { times } => format!("covariance restored, {times} so far"),
         EventKind::NavigationInvalid => "navigation estimate not usable".to_owned(),
         EventKind::FrameOverrun { slot, cost, budget } => {
-            let name = SCHEDULE.get(usize::from(slot)).map_or("the whole frame", |slot| slot.name);
-            format!("{name} took {cost} instructions of a budget of {budget}")
+            format!("{} took {cost} of a budget of {budget}", slot_name(slot))
         }
-        EventKind::Restarted(RestartReport { reason, frame, address }) => {
-            format!("flight computer restarted in frame {frame}: {reason:?} at {address:#010x}")
-        }
+        EventKind::Restarted(report) => format!("flight computer restarted: {}", restart_reason(&report)),
     }
 }
 

@@ -9,10 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use fsw_core::link::framing::DELIMITER;
+use fsw_core::link::packet::{Downlink, EventKind, RestartReport};
 use hil_sim::transport::Stream;
 
 use super::Qemu;
 use crate::ends::{ComputerEnd, ComputerError};
+use crate::tap::{Heard, Tap};
 
 /// How long the board may think, or be held up by a busy computer, in lock-step.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -31,6 +33,7 @@ pub struct RemoteComputer {
     emulator: Option<Qemu>,
     interrupt: &'static AtomicBool,
     acknowledges: Acknowledges,
+    restarts: Restarts,
     /// Delimiters sent that were not acknowledged yet.
     owed: usize,
     /// The board has answered once, and nothing sent before that is outstanding any more.
@@ -50,6 +53,7 @@ impl RemoteComputer {
             emulator: None,
             interrupt,
             acknowledges: Acknowledges::default(),
+            restarts: Restarts::default(),
             owed: 0,
             in_step: false,
             heard: None,
@@ -84,7 +88,11 @@ impl RemoteComputer {
     fn listen(&mut self, wait: Duration, from_computer: &mut Vec<u8>) -> Result<bool, ComputerError> {
         let mut buffer = [0u8; 4096];
         let n = self.stream.read_some(&mut buffer, wait).map_err(|e| self.lost(&e))?;
+        let before = from_computer.len();
         self.owed = self.owed.saturating_sub(self.acknowledges.take_out(&buffer[..n], from_computer));
+        if let Some(report) = self.restarts.listen(&from_computer[before..]) {
+            return Err(ComputerError::Restarted { place: self.place.clone(), report });
+        }
         if n > 0 {
             self.heard = Some(Instant::now());
         }
@@ -151,6 +159,33 @@ impl ComputerEnd for RemoteComputer {
             self.in_step = true;
         }
         Ok(())
+    }
+}
+
+/// Notices a restart that the session does not survive.
+#[derive(Default)]
+struct Restarts {
+    tap: Tap<Downlink>,
+    /// The board has obeyed commands: a restart from now on loses them. Before, it tells of one of long ago.
+    obeys: bool,
+}
+
+impl Restarts {
+    fn listen(&mut self, bytes: &[u8]) -> Option<RestartReport> {
+        let (mut report, obeys) = (None, &mut self.obeys);
+        self.tap.feed(bytes, |_, heard| match heard {
+            Heard::Packet(frame) => match frame.packet {
+                Downlink::CommandReply(_) => *obeys = true,
+                Downlink::Event(event) => {
+                    if let (EventKind::Restarted(found), true) = (event.kind, *obeys) {
+                        report = Some(found);
+                    }
+                }
+                _ => {}
+            },
+            Heard::Damaged(_) | Heard::Nothing => {}
+        });
+        report
     }
 }
 

@@ -65,7 +65,9 @@ fn computer(stream: Tcp) -> RemoteComputer {
 
 /// The pieces of the link as a run folder keeps them.
 #[derive(Default)]
-struct Pieces(Vec<(Direction, Vec<u8>)>);
+struct Pieces(Vec<Piece>);
+
+type Piece = (Direction, Vec<u8>);
 
 impl Watch for Pieces {
     fn link(&mut self, direction: Direction, bytes: &[u8]) -> io::Result<()> {
@@ -98,7 +100,7 @@ fn a_board_over_tcp_flies_the_bits_of_this_process() {
     assert_eq!(there.summary.output_hash, here.summary.output_hash);
     assert_eq!(there.summary.miss_m, here.summary.miss_m);
     assert_eq!(far_pieces.0.len(), near_pieces.0.len());
-    let differs = |(far, near): &(&(Direction, Vec<u8>), &(Direction, Vec<u8>))| far != near;
+    let differs = |(far, near): &(&Piece, &Piece)| far != near;
     // The greeting of the flight computer carries the identity of its build.
     assert!(far_pieces.0.iter().zip(&near_pieces.0).filter(differs).count() <= 1);
     assert!(there.frame_cost_us.is_empty(), "the link is no cost of the flight software");

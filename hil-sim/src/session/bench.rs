@@ -130,6 +130,7 @@ pub fn serve(stream: &mut dyn Stream, pace: Pace) -> Result<End, SessionError> {
     let (order, left_over) = take_order(stream)?;
     let made = Conductor::new(&order.scenario, order.seed, order.run, order.nominal);
     let mut conductor = made.or_else(|error| refuse(stream, error))?;
+    conductor.set_pace(pace.of_the_board());
     say(stream, CLIENT, &Message::Ready)?;
     conductor.receive(&left_over);
     Ok(pump(stream, &mut conductor, pace))

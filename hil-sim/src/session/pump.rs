@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use fsw_core::link::packet;
 use fsw_core::time::FRAME;
 
 use super::{Conductor, End, Phase, Plant, SessionError};
@@ -21,6 +22,17 @@ pub enum Pace {
     LockStep,
     /// A frame begins every 20 ms, command or not.
     RealTime,
+}
+
+impl Pace {
+    /// What the flight computer is told about it.
+    #[must_use]
+    pub const fn of_the_board(self) -> packet::Pace {
+        match self {
+            Self::LockStep => packet::Pace::LockStep,
+            Self::RealTime => packet::Pace::RealTime,
+        }
+    }
 }
 
 /// Conducts a session to its end.
