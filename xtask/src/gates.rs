@@ -5,14 +5,17 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
-use crate::{flights, symbols};
+use crate::image::{self, TARGETS};
+use crate::{debian, flights, symbols};
 
-/// Bare-metal targets for which the core must build.
-const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "riscv64gc-unknown-none-elf"];
+/// Programs beyond the Rust toolchain that the gates start, and the Debian packages that hold them.
+const PROGRAMS: [(&str, &str); 3] =
+    [("qemu-system-arm", "qemu-system-arm"), ("qemu-system-riscv64", "qemu-system-misc"), ("llvm-mca-19", "llvm-19")];
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 10] = [
+const GATES: [Gate; 11] = [
+    ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
     ("core, debug build with overflow checks", core_debug),
@@ -35,7 +38,7 @@ pub fn run(shell: &Shell, only: Option<&str>) -> Result<()> {
         let gate_start = Instant::now();
         eprintln!("── {name}");
         if let Err(error) = gate(shell) {
-            bail!("gate failed: {name}: {error}");
+            bail!("gate failed: {name}: {error:#}");
         }
         eprintln!("   passed in {:.0} s", gate_start.elapsed().as_secs_f64());
     }
@@ -64,11 +67,15 @@ fn doc_tests(shell: &Shell) -> Result<()> {
 }
 
 fn bare_metal(shell: &Shell) -> Result<()> {
-    for target in TARGETS {
+    for image::Target { triple: target, .. } in TARGETS {
         cmd!(shell, "cargo build --quiet --package fsw-core --release --target {target}").quiet().run()?;
         symbols::check_core(shell, target)?;
     }
     Ok(())
+}
+
+fn programs(shell: &Shell) -> Result<()> {
+    PROGRAMS.iter().try_for_each(|(program, package)| debian::ensure(shell, program, package))
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {

@@ -84,9 +84,9 @@ impl Graph {
                 Flow::Straight | Flow::Return => {}
             }
         }
-        // Assembly may run on into the function behind it.
+        // Assembly may run on into the function behind it; compiled code may end in a call that never returns.
         let next = image.functions.get(function + 1).filter(|next| next.start == image.functions[function].end);
-        if !ended && next.is_some() {
+        if !ended && !image.functions[function].sized && next.is_some() {
             self.nodes[function].tails.insert(function + 1);
         }
     }

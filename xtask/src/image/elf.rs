@@ -32,6 +32,8 @@ pub struct Named {
     pub name: String,
     pub start: u64,
     pub end: u64,
+    /// The symbol table knows where it ends: so of everything that is compiled, not of all assembly.
+    pub sized: bool,
 }
 
 impl Named {
@@ -74,7 +76,9 @@ impl Image {
         };
         let allocated = || file.sections().filter(|section| has(section, elf::SHF_ALLOC));
         let memory = allocated().map(|s| Ok((s.address(), s.data()?.to_vec()))).collect::<Result<_>>()?;
-        let named = |symbol: object::Symbol<'_, '_>| Some((symbol.name().ok()?.to_owned(), symbol.address()));
+        let named = |symbol: object::Symbol<'_, '_>| {
+            Some((symbol.name().ok()?.to_owned(), symbol.address() & !thumb_bit(machine)))
+        };
         Ok(Self {
             machine,
             entry: file.entry() & !thumb_bit(machine),
@@ -131,7 +135,7 @@ impl Image {
         }
         // The architecture puts the table where the image starts.
         let (start, data) = self.memory.iter().filter(|(_, data)| !data.is_empty()).min_by_key(|(start, _)| *start)?;
-        Some(Named { name: "vectors".into(), start: *start, end: start + data.len() as u64 })
+        Some(Named { name: "vectors".into(), start: *start, end: start + data.len() as u64, sized: true })
     }
 }
 
@@ -165,7 +169,8 @@ fn functions(file: &object::File<'_>, machine: Machine) -> Vec<Named> {
         if !in_code || name.is_empty() || name.starts_with(['$', '.']) {
             continue;
         }
-        let named = Named { name: name.to_owned(), start: address, end: address + symbol.size() };
+        let named =
+            Named { name: name.to_owned(), start: address, end: address + symbol.size(), sized: symbol.size() > 0 };
         match symbol.kind() {
             SymbolKind::Text if symbol.size() > 0 => found.push(named),
             SymbolKind::Text | SymbolKind::Label | SymbolKind::Unknown => labels.push(named),
@@ -199,7 +204,7 @@ fn tables(file: &object::File<'_>) -> Vec<Named> {
     let data = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Data && symbol.size() > 0);
     let named = data.filter_map(|symbol| {
         let (name, start) = (symbol.name().ok()?.to_owned(), symbol.address());
-        Some(Named { name, start, end: start + symbol.size() })
+        Some(Named { name, start, end: start + symbol.size(), sized: true })
     });
     named.collect()
 }
@@ -213,7 +218,12 @@ pub fn demangled(symbol: &str) -> String {
 impl Image {
     /// An image of nothing but functions and words of memory.
     pub fn of(machine: Machine, functions: &[(&str, u64, u64)], memory: Vec<(u64, Vec<u8>)>) -> Self {
-        let named = |(name, start, end): &(&str, u64, u64)| Named { name: (*name).into(), start: *start, end: *end };
+        let named = |(name, start, end): &(&str, u64, u64)| Named {
+            name: (*name).into(),
+            start: *start,
+            end: *end,
+            sized: false,
+        };
         Self {
             machine,
             entry: 0,

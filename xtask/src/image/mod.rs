@@ -3,6 +3,8 @@
 mod calls;
 mod disassembly;
 mod elf;
+#[cfg(test)]
+mod fixtures;
 mod flow;
 pub mod report;
 mod riscv;
