@@ -14,6 +14,7 @@ pub type Figures = BTreeMap<String, f64>;
 /// Names that more than one place knows.
 pub const STACK_BOUND: &str = "stack_bound_bytes";
 pub const STACK_HIGH_WATER: &str = "stack_high_water_bytes";
+const HANDLER_STACK: &str = "handler_stack_bytes";
 const STATIC_RAM: &str = "static_ram_bytes";
 const RAM_AND_STACK: &str = "ram_and_stack_bytes";
 
@@ -28,6 +29,7 @@ pub fn of_image(inspection: &Inspection) -> Figures {
     }
     if let Some(bound) = &inspection.stack {
         figures.insert(STACK_BOUND.into(), bound.bytes() as f64);
+        figures.insert(HANDLER_STACK.into(), bound.own_bytes() as f64);
     }
     figures
 }

@@ -77,6 +77,7 @@ fn measured(shell: &Shell, target: image::Target, only: Option<Part>, failures: 
     if let Err(error) = image::report::fail_on_violations(&inspection) {
         failures.push(format!("{}: {error}", target.name));
     }
+    failures.extend(handler_stack_is_small(target.name, &inspection));
     let mut figures = measure::of_image(&inspection);
     if only.is_none() {
         figures.extend(measure::of_flights(shell, target)?);
@@ -84,6 +85,12 @@ fn measured(shell: &Shell, target: image::Target, only: Option<Part>, failures: 
         failures.extend(bound_is_broken(target.name, &figures));
     }
     Ok(figures)
+}
+
+/// The handlers' own stack must hold what they need.
+fn handler_stack_is_small(target: &str, inspection: &image::Inspection) -> Option<String> {
+    let (needed, room) = (inspection.stack.as_ref()?.own_bytes(), inspection.handler_stack.unwrap_or(0));
+    (needed > room).then(|| format!("{target}: handlers need {needed} B of their own stack, which has {room} B"))
 }
 
 /// More stack used in a flight than the bound allows would mean that the bound is wrong.

@@ -14,6 +14,8 @@ pub struct Taken {
     pub bytes: u64,
     /// Bytes that a rounding of addresses may add; it matters only where the stack pointer is computed.
     pub alignment: u64,
+    /// It changes to another stack.
+    pub switches: bool,
     /// It also sets the stack pointer to something computed.
     pub computed: bool,
 }
@@ -58,7 +60,7 @@ impl Graph {
 
     fn read(&mut self, image: &Image, function: usize, code: &[Instruction<'_>]) {
         let mut tracker = Tracker::new(image, &image.functions[function]);
-        let mut ended = true;
+        let (mut ended, mut previous) = (true, StackMove::None);
         for instruction in code {
             let (flow, moved) = match image.machine {
                 Machine::Thumb => (thumb::flow(instruction), thumb::stack_move(instruction)),
@@ -69,11 +71,15 @@ impl Graph {
             }
             let node = &mut self.nodes[function];
             match moved {
+                // The second half of the address of another stack.
+                StackMove::Down(_) if previous == StackMove::Switched && image.machine == Machine::RiscV => {}
                 StackMove::Down(bytes) => node.taken.bytes += bytes,
                 StackMove::Aligned(bytes) => node.taken.alignment = node.taken.alignment.max(bytes),
+                StackMove::Switched => node.taken.switches = true,
                 StackMove::Unknown => node.taken.computed = true,
                 StackMove::None => {}
             }
+            previous = moved;
             match flow {
                 Flow::Call(targets) => node.calls.extend(targets.iter().filter_map(|to| image.function_at(*to))),
                 Flow::Jump(targets) => {

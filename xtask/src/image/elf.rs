@@ -112,6 +112,11 @@ impl Image {
         self.tables.iter().find(|table| table.holds(address))
     }
 
+    /// The stretch of data whose name, as a reader knows it, ends so.
+    pub fn table_named(&self, end: &str) -> Option<&Named> {
+        self.tables.iter().find(|table| demangled(&table.name).ends_with(end))
+    }
+
     /// A little-endian word of the loaded image.
     pub fn word(&self, address: u64, bytes: u64) -> Option<u64> {
         let (start, data) =

@@ -24,6 +24,8 @@ pub enum StackMove {
     Down(u64),
     /// Rounds an address down to a multiple of so many bytes, perhaps for the stack pointer.
     Aligned(u64),
+    /// Changes to another stack.
+    Switched,
     /// Sets it to a value that only the running program knows.
     Unknown,
 }

@@ -41,6 +41,9 @@ pub const TARGETS: [Target; 2] = [
 /// The image that flies.
 const FLIGHT: &str = "flight";
 
+/// What the firmware calls the stack of its handlers.
+const HANDLER_STACK: &str = "::FAILURE_STACK";
+
 /// All that is known of an image without running it.
 #[derive(Debug)]
 pub struct Inspection {
@@ -51,6 +54,8 @@ pub struct Inspection {
     pub integer_helpers: Vec<String>,
     /// Missing when the image is recursive.
     pub stack: Option<Bound>,
+    /// Bytes that the image sets aside for handlers that change to a stack of their own.
+    pub handler_stack: Option<u64>,
 }
 
 impl Inspection {
@@ -76,6 +81,7 @@ pub fn inspect(shell: &Shell, path: &Path, frames: &HashMap<String, u64>) -> Res
         ram: image.ram(),
         integer_helpers: rules::integer_helpers(&image, &graph),
         stack: if recursive { None } else { Some(stack::bound(&image, &graph, frames)?) },
+        handler_stack: image.table_named(HANDLER_STACK).map(|table| table.end - table.start),
         violations,
         sections: image.sections,
     })

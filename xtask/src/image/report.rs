@@ -19,7 +19,8 @@ pub fn show(shell: &Shell, image: &Path, notes: Option<&Path>) -> Result<()> {
         }
         None => HashMap::new(),
     };
-    let inspection = inspect(shell, image, &frames)?;
+    // The tools run from the root of the workspace.
+    let inspection = inspect(shell, &std::path::absolute(image)?, &frames)?;
     print!("{}", text(&inspection));
     fail_on_violations(&inspection)
 }
@@ -57,7 +58,8 @@ fn sections(inspection: &Inspection) -> String {
 fn stack(bound: &Bound) -> String {
     let mut text = String::new();
     for path in &bound.paths {
-        let _ = writeln!(text, "{:>7}  {}", path.bytes(), path.entry);
+        let place = if path.on_own_stack { ", on a stack of its own" } else { "" };
+        let _ = writeln!(text, "{:>7}  {}{place}", path.bytes(), path.entry);
         if path.hardware_bytes > 0 {
             let _ = writeln!(text, "  {:>7}  registers saved by the processor", path.hardware_bytes);
         }
@@ -67,5 +69,8 @@ fn stack(bound: &Bound) -> String {
         }
     }
     let _ = writeln!(text, "{:>7}  bytes of stack at most", bound.bytes());
+    if bound.own_bytes() > 0 {
+        let _ = writeln!(text, "{:>7}  bytes of the handlers' own stack at most", bound.own_bytes());
+    }
     text
 }

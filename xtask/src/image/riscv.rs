@@ -183,6 +183,7 @@ pub fn stack_move(instruction: &Instruction<'_>) -> StackMove {
                 StackMove::None
             }
         }
+        ("auipc" | "lui", ..) => StackMove::Switched,
         ("andi" | "c.andi", [_, .., _], Some(mask)) if mask < 0 => StackMove::Aligned(mask.unsigned_abs()),
         _ => StackMove::Unknown,
     }
@@ -237,6 +238,7 @@ mod tests {
         assert_eq!(step("c.addi16sp", "sp, 0x30"), StackMove::None);
         assert_eq!(step("c.sdsp", "ra, 0x8(sp)"), StackMove::None);
         assert_eq!(step("andi", "sp, sp, -0x20"), StackMove::Aligned(32));
+        assert_eq!(step("auipc", "sp, 0x5"), StackMove::Switched);
         assert_eq!(step("sub", "sp, sp, a0"), StackMove::Unknown);
     }
 }

@@ -32,11 +32,22 @@ pub struct Path {
     /// What the processor itself puts on the stack on entry.
     pub hardware_bytes: u64,
     pub steps: Vec<Step>,
+    /// A handler that first changes to another stack: of the thread's it takes only what the processor puts there.
+    pub on_own_stack: bool,
 }
 
 impl Path {
     pub fn bytes(&self) -> u64 {
-        self.hardware_bytes + self.steps.iter().map(|step| step.bytes).sum::<u64>()
+        self.hardware_bytes + self.software_bytes()
+    }
+
+    /// The thread's stack is the one that start-up code changes to.
+    fn of_thread(self) -> Self {
+        Self { on_own_stack: false, ..self }
+    }
+
+    fn software_bytes(&self) -> u64 {
+        self.steps.iter().map(|step| step.bytes).sum()
     }
 }
 
@@ -47,8 +58,14 @@ pub struct Bound {
 }
 
 impl Bound {
+    /// Of the thread's stack.
     pub fn bytes(&self) -> u64 {
-        self.paths.iter().map(Path::bytes).sum()
+        self.paths.iter().map(|path| if path.on_own_stack { path.hardware_bytes } else { path.bytes() }).sum()
+    }
+
+    /// Of the other stack, to which handlers change; each begins at its top, and one may interrupt another.
+    pub fn own_bytes(&self) -> u64 {
+        self.paths.iter().filter(|path| path.on_own_stack).map(Path::bytes).max().unwrap_or(0)
     }
 }
 
@@ -90,7 +107,8 @@ pub fn bound(image: &Image, graph: &Graph, frames: &HashMap<String, u64>) -> Res
                 }
                 Ok(deepest)
             };
-            paths.extend(deepest_of("thread, vector", 0, &|number| number == RESET)?);
+            let thread = deepest_of("thread, vector", 0, &|number| number == RESET)?;
+            paths.extend(thread.map(Path::of_thread));
             paths.extend(deepest_of("handlers with a priority, deepest: vector", M7_EXCEPTION_BYTES, &|n| {
                 n > HARD_FAULT
             })?);
@@ -99,7 +117,7 @@ pub fn bound(image: &Image, graph: &Graph, frames: &HashMap<String, u64>) -> Res
         }
         Machine::RiscV => {
             let Some(start) = graph.at(image.entry) else { bail!("the entry address leads to no function") };
-            paths.push(depths.path("thread", 0, start)?);
+            paths.push(depths.path("thread", 0, start)?.of_thread());
             let trap = image.symbols.get(RISCV_TRAP).and_then(|address| graph.at(*address));
             let Some(trap) = trap else { bail!("the image has no {RISCV_TRAP}, the entry of every trap") };
             for level in 1..=RISCV_TRAP_LEVELS {
@@ -128,16 +146,17 @@ struct Depth {
 impl Depths<'_> {
     fn path(&mut self, entry: &str, hardware_bytes: u64, start: usize) -> Result<Path> {
         let mut steps = Vec::new();
-        let mut here = Some((start, true));
+        let (mut here, mut on_own_stack) = (Some((start, true)), false);
         while let Some((node, is_entry)) = here {
             let depth = self.below(node, is_entry)?;
             let (bytes, source) = self.frame(node, is_entry)?;
+            on_own_stack |= is_entry && self.graph.nodes[node].taken.switches;
             let stays = depth.next.is_none_or(|(_, stays)| stays);
             here = depth.next.map(|(next, _)| (next, is_entry && self.is_assembly_jump(node, next)));
             let name = self.graph.nodes[node].name.clone();
             steps.push(Step { name, bytes: if stays { bytes } else { 0 }, source });
         }
-        Ok(Path { entry: entry.to_owned(), hardware_bytes, steps })
+        Ok(Path { entry: entry.to_owned(), hardware_bytes, steps, on_own_stack })
     }
 
     fn frame(&self, node: usize, is_entry: bool) -> Result<(u64, Source)> {
@@ -213,6 +232,14 @@ mod tests {
         let names: Vec<_> = bound.paths[0].steps.iter().map(|step| (step.name.as_str(), step.bytes)).collect();
         assert_eq!(names, [("a", 0), ("b", 8), ("c", 32)], "frames of assembly stay over a jump");
         assert_eq!(bound.bytes(), 40 + M7_EXCEPTION_BYTES + 8);
+    }
+
+    #[test]
+    fn a_handler_on_a_stack_of_its_own_costs_the_thread_only_what_the_processor_saves() {
+        let (image, _) = image();
+        let text = "100: \tudf\t#0x0\n130: \tmsr\tmsp, r1\n132: \tpush\t{r4, lr}\n134: \tb\t0x134\n";
+        let bound = bound(&image, &Graph::build(&image, text), &HashMap::new()).unwrap();
+        assert_eq!((bound.bytes(), bound.own_bytes()), (M7_EXCEPTION_BYTES, M7_EXCEPTION_BYTES + 8));
     }
 
     #[test]

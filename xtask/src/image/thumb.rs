@@ -61,6 +61,9 @@ pub fn stack_move(instruction: &Instruction<'_>) -> StackMove {
         let offset = operands.rsplit(',').next().and_then(|text| number(text.trim_end_matches("]!")));
         return offset.map_or(StackMove::Unknown, |bytes| StackMove::Down(bytes.unsigned_abs()));
     }
+    if plain == "msr" && operands.starts_with("msp,") {
+        return StackMove::Switched;
+    }
     if let ("bfc", [_, "#0x0", bits]) = (plain, operands.split(", ").collect::<Vec<_>>().as_slice()) {
         return number(bits).filter(|bits| *bits < 12).map_or(StackMove::None, |bits| StackMove::Aligned(1 << bits));
     }
@@ -120,6 +123,7 @@ mod tests {
         assert_eq!(stack_move(&at("str", "lr, [sp, #-0x8]!")), StackMove::Down(8));
         assert_eq!(stack_move(&at("bfc", "r4, #0x0, #0x4")), StackMove::Aligned(16));
         assert_eq!(stack_move(&at("add", "sp, #0x18")), StackMove::None);
+        assert_eq!(stack_move(&at("msr", "msp, r1")), StackMove::Switched);
         assert_eq!(stack_move(&at("mov", "sp, r4")), StackMove::Unknown);
     }
 }
