@@ -74,16 +74,11 @@ pub fn is_if_then(mnemonic: &str) -> bool {
     mnemonic.strip_prefix("it").is_some_and(|rest| rest.len() <= 3 && rest.bytes().all(|b| b == b't' || b == b'e'))
 }
 
-/// `00000400 <name>:`, without the hash that ends Rust's names.
+/// `00000400 <name>:`; Rust's names are written out, without the hash that ends them.
 fn parse_function(line: &str) -> Option<(u32, String)> {
     let (address, name) = line.split_once(" <")?;
     let name = name.strip_suffix(">:")?;
-    let name = name.rsplit_once("::h").filter(|(_, hash)| is_hash(hash)).map_or(name, |(name, _)| name);
-    Some((parse_hexadecimal(address)?, name.to_owned()))
-}
-
-fn is_hash(text: &str) -> bool {
-    text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+    Some((parse_hexadecimal(address)?, format!("{:#}", rustc_demangle::demangle(name))))
 }
 
 fn parse_hexadecimal(text: &str) -> Option<u32> {
@@ -137,19 +132,19 @@ image:	file format elf32-littlearm
 
 Disassembly of section .text:
 
-00000400 <core::entry::h0123456789abcdef>:
+00000400 <_ZN4core5entry17h0123456789abcdefE>:
      400:      	bl	0x19f0 <__pre_init>     @ imm = #0x15ec
-     404:      	ldr	r0, [pc, #0x38]         @ 0x440 <core::entry::h0123456789abcdef+0x40>
+     404:      	ldr	r0, [pc, #0x38]         @ 0x440 <_ZN4core5entry17h0123456789abcdefE+0x40>
      406:      	cmp	r1, r0
      408:      	ite	hs
      40a:      	movhs	r2, #0x0
      40c:      	vmovlo.f64	d0, d1
      410:      	vadd.f64	d0, d0, d2
-     414:      	cbz	r0, 0x41a <<impl Trait for T>::f+0x2> @ imm = #0x2
+     414:      	cbz	r0, 0x41a <_ZN4core5entry17h0123456789abcdefE+0x1a> @ imm = #0x2
      416:      	nop
      418: 00 00 00 20  	.word	0x20000000
 
-0000041c <<fsw_core::probe::FrameMeter<C> as fsw_core::probe::Probe>::frame_done::hfedcba9876543210>:
+0000041c <_ZN79_$LT$fsw_core..probe..FrameMeter$LT$C$GT$$u20$as$u20$fsw_core..probe..Probe$GT$10frame_done17h0dfefa841300112fE>:
      41c:      	bx	lr
 ";
 

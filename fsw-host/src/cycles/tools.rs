@@ -49,7 +49,7 @@ where
 
 /// The listing of an image.
 pub fn disassemble(image: &Path) -> Result<String, CycleError> {
-    let flags = ["--disassemble", "--no-show-raw-insn", "--demangle", "--mcpu=cortex-m7"].map(OsStr::new);
+    let flags = ["--disassemble", "--no-show-raw-insn", "--mcpu=cortex-m7"].map(OsStr::new);
     let arguments = flags.into_iter().chain([image.as_os_str()]);
     Ok(run(DISASSEMBLER, arguments, Vec::new())?.stdout)
 }
