@@ -14,12 +14,13 @@ use crate::ends::{ComputerEnd, LocalComputer};
 use crate::error::HostError;
 use crate::linklog::{Direction, LinkLogWriter};
 use crate::output::{print, print_json};
+use crate::progress::Progress;
 use crate::pump::{self, Pace, Unwatched, Watch};
 use crate::realtime::ask_for_real_time;
 use crate::record::{FlightRecord, ScenarioFacts};
 use crate::recorder::{FlightId, Recorder};
 use crate::runfolder::{BOARD_LOG, RunFolder};
-use crate::screen::{self, Progress};
+use crate::screen;
 use crate::target::{BoardLog, LogStream, Opening, Remote, TargetError};
 
 /// Folder in which run folders are made when none is named.

@@ -4,6 +4,7 @@
 //! command does the work, and everything a flight leaves behind passes through one [`record::FlightRecord`].
 
 pub mod cli;
+pub mod cost;
 pub mod cycles;
 pub mod ends;
 pub mod error;
@@ -11,6 +12,7 @@ pub mod fly;
 pub mod linklog;
 pub mod measure;
 pub mod output;
+pub mod progress;
 pub mod propagate;
 pub mod pump;
 pub mod realtime;

@@ -11,6 +11,7 @@ use fsw_core::units::rad;
 use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
+use crate::cost::Cost;
 use crate::realtime::RealTime;
 
 /// Everything known about one flight once it is over.
@@ -253,32 +254,6 @@ pub struct Computer {
     pub image: Option<String>,
     /// SHA-256 of what the image puts into memory, hexadecimal.
     pub image_sha256: Option<String>,
-}
-
-/// What the flight software cost, worst of the flight.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cost {
-    /// `ns` of wall time in this process, `instructions` on an emulated processor, `counts` of a board's own counter.
-    pub unit: String,
-    /// The whole minor frame.
-    pub frame: SlotCost,
-    /// By slot of the schedule, in its order.
-    pub slots: Vec<SlotCost>,
-    /// Frames over budget, as the flight software counted them.
-    pub slips: u16,
-    /// Deepest stack use, bytes; none where it is not measured.
-    pub stack_high_water_bytes: Option<u32>,
-}
-
-/// One line of [`Cost`].
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SlotCost {
-    /// Which slot.
-    pub name: String,
-    /// Most of a frame of the flight.
-    pub max: u32,
-    /// What it may be; none for wall time, which has no budget.
-    pub budget: Option<u32>,
 }
 
 /// One milestone of the flight with the true state at its time.

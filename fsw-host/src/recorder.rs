@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use crate::measure::{consistency, truth_sample};
 use crate::realtime::RealTime;
 use crate::record::{Computer, End, FlightRecord, LinkCounters, ScenarioFacts, Summary, TruthSample};
-use crate::summary;
+use crate::{cost, summary};
 
 /// Identity of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -164,7 +164,7 @@ impl Recorder {
         let hash = self.hash.finalize();
         let hash = hash.iter().map(|byte| format!("{byte:02x}")).collect();
         self.record.summary = Summary {
-            cost: summary::cost(&self.record, &self.computer.place),
+            cost: cost::of(&self.record, &self.computer.place),
             computer: self.computer,
             realtime: self.realtime,
             ..summary::of(&self.record, self.link, hash, wall_s)

@@ -1,101 +1,15 @@
-//! The summary screen at the end of a flight, and the progress bar before it.
+//! The summary screen at the end of a flight.
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Duration;
 
 use console::{Style, style};
 use fsw_core::planet::STANDARD_GRAVITY_MPS2;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::record::{FlightRecord, LinkCounters, Summary};
-use crate::recorder::Recorder;
-use crate::telemetry::mode_word;
 
 /// Width of the rules of the screen.
 const WIDTH: usize = 78;
-/// True states between two looks at the bar.
-const FRAMES_PER_UPDATE: usize = 50;
-/// Resolution of the bar.
-const BAR_STEPS: u64 = 1_000;
-/// Time between two turns of the wheel that turns before a flight.
-const SPIN: Duration = Duration::from_millis(120);
-
-/// A bar that follows the flight from entry to target.
-pub struct Progress {
-    bar: ProgressBar,
-    visible: bool,
-    seen: usize,
-    range_at_entry_m: Option<f64>,
-}
-
-impl Progress {
-    /// A bar on standard error; hidden there when `visible` is false. A standard error that is no terminal hides it too.
-    #[must_use]
-    pub fn new(visible: bool) -> Self {
-        let bar = if visible { ProgressBar::new(BAR_STEPS) } else { ProgressBar::hidden() };
-        let progress = Self { bar, visible, seen: 0, range_at_entry_m: None };
-        progress.fly();
-        progress
-    }
-
-    /// Says what is being done before the flight, while it may take a while.
-    pub fn say(&self, what: &str) {
-        if !self.visible {
-            return;
-        }
-        if self.bar.is_hidden() {
-            eprintln!("  {what}");
-            return;
-        }
-        self.bar.set_style(style_of("  {spinner:.cyan} {msg}"));
-        self.bar.set_message(what.to_owned());
-        self.bar.enable_steady_tick(SPIN);
-    }
-
-    /// Where lines can be shown without tearing the bar.
-    pub fn lines(&self) -> impl Fn(&str) + Send + use<> {
-        let bar = self.bar.clone();
-        move |line| bar.suspend(|| eprintln!("{line}"))
-    }
-
-    /// The flight begins.
-    pub fn fly(&self) {
-        self.bar.disable_steady_tick();
-        self.bar.set_style(style_of("  {bar:28.cyan/blue} {msg}"));
-        self.bar.set_message("");
-    }
-
-    /// Shows where the flight is; cheap when there is nothing new.
-    pub fn update(&mut self, recorder: &Recorder) {
-        let count = recorder.truth_count();
-        if self.bar.is_hidden() || count < self.seen + FRAMES_PER_UPDATE {
-            return;
-        }
-        self.seen = count;
-        let Some(truth) = recorder.last_truth() else { return };
-        let range_at_entry_m = *self.range_at_entry_m.get_or_insert(truth.range_to_go_m.max(1.0));
-        let flown = (1.0 - truth.range_to_go_m / range_at_entry_m).clamp(0.0, 1.0);
-        self.bar.set_position((flown * BAR_STEPS as f64) as u64);
-        let mode = recorder.last_actuator().map_or("", |a| mode_word(a.mode));
-        self.bar.set_message(format!(
-            "{:5.1} s  {:6.2} km  {:6.1} m/s  {:6.1} km to go  {mode}",
-            truth.time_s,
-            truth.altitude_m * 1e-3,
-            truth.speed_mps,
-            truth.range_to_go_m * 1e-3
-        ));
-    }
-
-    /// Takes the bar away.
-    pub fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-fn style_of(template: &str) -> ProgressStyle {
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-}
 
 /// The whole screen as text; colours only where the terminal has them.
 #[must_use]
@@ -108,6 +22,7 @@ pub fn summary(record: &FlightRecord, folder: Option<&Path>) -> String {
     peaks(&mut out, record);
     navigation(&mut out, s);
     guidance_and_link(&mut out, record);
+    computer(&mut out, record);
     rule(&mut out, "");
     let _ = writeln!(out, "  hash    {}", style(&s.output_hash).dim());
     let _ = writeln!(out, "  wall    {:.3} s for {} frames", s.wall_s, s.frames);
@@ -244,10 +159,43 @@ fn guidance_and_link(out: &mut String, record: &FlightRecord) {
         s.link.uplink_bytes as f64 * 1e-3,
         s.link.downlink_bytes as f64 * 1e-3
     );
+}
+
+/// Where the flight software ran, what it cost there and how the clock was kept.
+fn computer(out: &mut String, record: &FlightRecord) {
+    let s = &record.summary;
+    rule(out, "flight computer");
+    let image = s
+        .computer
+        .image_sha256
+        .as_ref()
+        .map_or_else(String::new, |hash| format!(", image {}", hash.get(..12).unwrap_or(hash)));
+    let _ = writeln!(out, "  place             {}{}", s.computer.place, style(image).dim());
     if !record.frame_cost_us.is_empty() {
         let mean = record.frame_cost_us.iter().map(|c| f64::from(*c)).sum::<f64>() / record.frame_cost_us.len() as f64;
         let worst = record.frame_cost_us.iter().copied().fold(0.0, f32::max);
-        let _ = writeln!(out, "  frame cost        {mean:>9.1} µs mean, {worst:.0} µs worst, on this computer");
+        let _ = writeln!(out, "  frame cost        {mean:>9.1} µs mean, {worst:.0} µs worst");
+    } else if let Some(cost) = &s.cost {
+        let (max, budget) = (f64::from(cost.frame.max), f64::from(cost.frame.budget.unwrap_or_default()));
+        let _ = writeln!(out, "  worst frame       {} {}", against(max, 0.0, budget, 0, ""), cost.unit);
+        let over = cost.slots.iter().filter(|slot| slot.budget.is_some_and(|budget| slot.max > budget));
+        for slot in over {
+            let text = format!("{} took {} of {}", slot.name, slot.max, slot.budget.unwrap_or_default());
+            let _ = writeln!(out, "  over budget       {}", style(text).red().bold());
+        }
+        let stack = cost.stack_high_water_bytes.map_or_else(String::new, |b| format!(", deepest stack {b} bytes"));
+        let _ = writeln!(out, "  frames over it    {:>9}{stack}", cost.slips);
+    }
+    let Some(kept) = &s.realtime else { return };
+    let late = &kept.wake_up_late_us;
+    let _ = writeln!(
+        out,
+        "  wall clock        {:>9.0} µs late in the median, {:.0} µs at 99 %, {:.0} µs at worst",
+        late.p50, late.p99, late.max
+    );
+    let _ = writeln!(out, "  late answers      {:>9} of {} frames", kept.misses, kept.frames);
+    if let Some(grant) = &kept.grant {
+        let _ = writeln!(out, "  real time         {grant}");
     }
 }
 

@@ -1,19 +1,18 @@
 //! From a whole flight to its [`Summary`]. Peaks and errors come from the truth, everything else from telemetry.
 
-use fsw_core::executive::schedule::{FRAME_BUDGET, SCHEDULE, Slot};
 use fsw_core::guidance::cycle::MAX_EVALUATIONS;
 use fsw_core::link::packet::{
     CycleOutcome, DeployCause, EventKind, Innovation, MeasurementKind, Mode, NavTlm, Verdict,
 };
 use fsw_core::link::parameters::DeployParameters;
-use fsw_core::probe::SLOT_COUNT;
 use fsw_core::time::MissionTime;
 use fsw_core::units::deg;
 
+use crate::cost::slot_name;
 use crate::measure::{NEES_BAND_95, miss};
 use crate::record::{
-    Corrector, Cost, DeployState, End, FlightRecord, LinkCounters, MeasurementCounts, Milestone, Navigation,
-    NeesSample, Nis, Peak, SlotCost, Summary, TruthSample,
+    Corrector, DeployState, End, FlightRecord, LinkCounters, MeasurementCounts, Milestone, Navigation, NeesSample, Nis,
+    Peak, Summary, TruthSample,
 };
 use crate::recorder::sample_at;
 
@@ -161,39 +160,6 @@ fn milestone_name(kind: &EventKind) -> Option<String> {
         EventKind::Restarted(_) => Some("flight computer restarted".to_owned()),
         _ => None,
     }
-}
-
-/// What an overrun is told of: a slot of the schedule, or the whole frame.
-#[must_use]
-pub fn slot_name(slot: u8) -> &'static str {
-    SCHEDULE.get(usize::from(slot)).map_or("whole frame", |slot| slot.name)
-}
-
-/// What the flight software cost at `place`: measured here in this process, else as it told last, once a second.
-#[must_use]
-pub fn cost(record: &FlightRecord, place: &str) -> Option<Cost> {
-    let health = record.health.last().map(|(_, health)| health);
-    let slips = health.map_or(0, |health| health.slips);
-    let line = |name: &str, max, budget| SlotCost { name: name.to_owned(), max, budget };
-    let slots = |worst: &[u32; SLOT_COUNT], budgeted: bool| {
-        let budget = |slot: &Slot| budgeted.then_some(slot.budget);
-        SCHEDULE.iter().zip(worst).map(|(slot, max)| line(slot.name, *max, budget(slot))).collect()
-    };
-    if !record.frame_cost_us.is_empty() {
-        let worst_us = record.frame_cost_us.iter().copied().fold(0.0, f32::max);
-        let frame = line("whole frame", (worst_us * 1e3).round() as u32, None);
-        let slots = slots(&record.slot_worst_ns, false);
-        return Some(Cost { unit: "ns".into(), frame, slots, slips, stack_high_water_bytes: None });
-    }
-    let health = health.filter(|health| health.worst_frame > 0)?;
-    let unit = if place.starts_with("qemu:") { "instructions" } else { "counts" };
-    Some(Cost {
-        unit: unit.into(),
-        frame: line("whole frame", health.worst_frame, Some(FRAME_BUDGET)),
-        slots: slots(&health.worst_cost, true),
-        slips,
-        stack_high_water_bytes: Some(health.stack_high_water_bytes).filter(|bytes| *bytes > 0),
-    })
 }
 
 /// Name of the milestone at which a mode begins; deployment has its own event and coasting begins at entry.

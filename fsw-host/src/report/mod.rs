@@ -2,6 +2,7 @@
 //!
 //! [`plot`] is the toolkit, [`figures`] describe what to draw, `page` sets them; nothing here changes a result.
 
+mod computer;
 mod figures;
 mod overview;
 mod page;
@@ -67,8 +68,18 @@ mod tests {
     use crate::record::End;
 
     /// Sections that every page has, whatever the flight.
-    const SECTIONS: [&str; 9] =
-        ["figures", "timeline", "flight", "track", "guidance", "navigation", "measurements", "link", "again"];
+    const SECTIONS: [&str; 10] = [
+        "figures",
+        "timeline",
+        "flight",
+        "track",
+        "guidance",
+        "navigation",
+        "measurements",
+        "computer",
+        "link",
+        "again",
+    ];
 
     /// The flight cut, emptied and spoiled in every way that can reach the report.
     fn records() -> Vec<(&'static str, FlightRecord)> {

@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::figures::{self, Story};
 use super::plot::{Figure, PlotError, number};
-use super::{palette, tables};
+use super::{computer, palette, tables};
 use crate::record::{End, FlightRecord, Summary};
 
 const STYLE: &str = include_str!("style.css");
@@ -42,6 +42,7 @@ pub fn html(record: &FlightRecord) -> Result<String, PlotError> {
                             div.grid { @for figure in figures { (figure) } }
                         }
                     }
+                    (computer::section(record))
                     (tables::link(record))
                     (refly(record))
                 }

@@ -6,6 +6,8 @@ use fsw_core::link::parameters::*;
 use fsw_core::planet::{MARS, STANDARD_GRAVITY_MPS2, SUTTON_GRAVES_MARS};
 use fsw_core::time::MissionTime;
 
+use crate::cost::{Cost, SlotCost};
+use crate::realtime::RealTime;
 use crate::record::*;
 
 const FRAME_S: f64 = 0.02;
@@ -218,6 +220,18 @@ fn innovation(time: MissionTime, kind: MeasurementKind, source: u8, normal: f64)
     Innovation { time, kind, source, value: value as f32, sigma: 1.0, verdict }
 }
 
+/// One slot within its budget, and one beyond.
+fn cost() -> Cost {
+    let line = |name: &str, max, budget| SlotCost { name: name.into(), max, budget: Some(budget) };
+    Cost {
+        unit: "instructions".into(),
+        frame: line("whole frame", 81_234, 100_000),
+        slots: vec![line("navigation", 31_000, 35_000), line("guidance", 26_000, 25_000)],
+        slips: 1,
+        stack_high_water_bytes: Some(5_432),
+    }
+}
+
 /// Ends the flight at the parachute and fills the summary.
 fn finish(record: &mut FlightRecord) {
     let Some(last) = record.truth.last().copied() else { return };
@@ -260,6 +274,14 @@ fn finish(record: &mut FlightRecord) {
         reversals: 3,
         corrector: Corrector { max_iterations: 3, mean_iterations: 1.2, max_integrations: 600, bound: 2400 },
         output_hash: "0123456789abcdef".repeat(4),
+        computer: Computer {
+            place: "qemu:m7".into(),
+            build_id: Some("00000000deadbeef".into()),
+            image: Some("flight".into()),
+            image_sha256: Some("89ab".repeat(16)),
+        },
+        cost: Some(cost()),
+        realtime: Some(RealTime { frames: 13_000, misses: 2, ..RealTime::default() }),
         frames: record.actuators.len() as u32,
         wall_s: 0.8,
         ..record.summary.clone()

@@ -5,9 +5,9 @@ use maud::{Markup, html};
 
 use super::figures::mode_name;
 use super::plot::number;
+use crate::cost::slot_name;
 use crate::ends::restart_reason;
 use crate::record::{FlightRecord, Milestone};
-use crate::summary::slot_name;
 
 /// Events beyond this number are left out of the page.
 const MOST_EVENTS: usize = 200;

@@ -6,6 +6,7 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::process::Stdio;
 use std::time::Duration;
 
 use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
@@ -38,7 +39,7 @@ pub fn run(target: Target, image: &Image, logs: &[Vec<u8>], patience: Duration) 
     fs::write(&job, job_of(logs)).map_err(TargetError::system(format!("write {}", job.display())))?;
     let files = format!("arg={BENCH_IMAGE},arg={},arg={}", job.display(), answer.display());
     let devices = ["-semihosting-config".into(), format!("enable=on,target=native,{files}")];
-    let mut qemu = Qemu::start(target, image, &devices)?;
+    let mut qemu = Qemu::start(target, image, &devices, [Stdio::null(), Stdio::null()])?;
     let status = qemu
         .wait(patience)
         .ok_or_else(|| failed(format!("it did not finish {} logs within {} s", logs.len(), patience.as_secs())))?;

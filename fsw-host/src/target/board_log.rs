@@ -23,11 +23,28 @@ pub type Show = Box<dyn Fn(&str) + Send>;
 pub struct LogStream {
     /// The bytes.
     pub stream: Box<dyn Stream>,
+    /// What was read of them already.
+    pub begun: Vec<u8>,
     /// The image.
     pub elf: Vec<u8>,
 }
 
 impl LogStream {
+    /// The log of an image that is about to boot.
+    #[must_use]
+    pub fn new(stream: Box<dyn Stream>, elf: Vec<u8>) -> Self {
+        Self { stream, begun: Vec::new(), elf }
+    }
+
+    /// Waits for the first word, for at most `patience`: a board that speaks has booted.
+    pub fn wait_for_boot(&mut self, patience: Duration) {
+        let mut buffer = [0u8; 256];
+        // A board without a log is waited for in vain, and one that is gone shows on the link.
+        if let Ok(n) = self.stream.read_some(&mut buffer, patience) {
+            self.begun.extend_from_slice(&buffer[..n]);
+        }
+    }
+
     /// Writes the log to `path` from now on, and to `show` if it is given.
     ///
     /// # Errors
@@ -36,7 +53,7 @@ impl LogStream {
         let failed = || TargetError::system(format!("write {}", path.display()));
         let lines = Lines { out: BufWriter::new(File::create(path).map_err(failed())?), show, start: Instant::now() };
         let stop = Arc::new(AtomicBool::new(false));
-        let writer = Writer { stream: self.stream, lines, stop: Arc::clone(&stop) };
+        let writer = Writer { stream: self.stream, begun: self.begun, lines, stop: Arc::clone(&stop) };
         let thread = std::thread::spawn(move || writer.run(&self.elf));
         Ok(BoardLog { stop, thread })
     }
@@ -62,6 +79,7 @@ impl BoardLog {
 
 struct Writer {
     stream: Box<dyn Stream>,
+    begun: Vec<u8>,
     lines: Lines,
     stop: Arc<AtomicBool>,
 }
@@ -78,15 +96,9 @@ impl Writer {
 
     fn decode(&mut self, table: &Table) -> io::Result<()> {
         let mut decoder = table.new_stream_decoder();
+        decoder.received(&self.begun);
         let mut buffer = [0u8; 1024];
         loop {
-            match self.stream.read_some(&mut buffer, STEP) {
-                Ok(0) if self.stop.load(Ordering::Relaxed) => return Ok(()),
-                Ok(0) => self.lines.out.flush()?,
-                Ok(n) => decoder.received(&buffer[..n]),
-                // The board is gone, and with it its log.
-                Err(_) => return Ok(()),
-            }
             loop {
                 match decoder.decode() {
                     Ok(frame) => {
@@ -102,6 +114,13 @@ impl Writer {
                         }
                     }
                 }
+            }
+            match self.stream.read_some(&mut buffer, STEP) {
+                Ok(0) if self.stop.load(Ordering::Relaxed) => return Ok(()),
+                Ok(0) => self.lines.out.flush()?,
+                Ok(n) => decoder.received(&buffer[..n]),
+                // The board is gone, and with it its log.
+                Err(_) => return Ok(()),
             }
         }
     }

@@ -2,16 +2,19 @@
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use hil_sim::session::SessionError;
-use hil_sim::transport::{Listener, open_serial};
+use hil_sim::transport::{Local, open_serial};
 
 use super::board_log::LogStream;
-use super::{Image, Qemu, RemoteComputer, Target, TargetError, wait_for_peer};
+use super::{Image, Qemu, RemoteComputer, Target, TargetError};
 use crate::record::Computer;
 
 /// Binary that flies over a serial line.
 const FLIGHT_IMAGE: &str = "flight";
+/// Longest wait for the first word of a board's log; one that keeps none is greeted then.
+const BOOT_PATIENCE: Duration = Duration::from_secs(5);
 
 /// A flight computer outside this process, ready to be greeted.
 pub struct Remote {
@@ -37,7 +40,7 @@ impl Opening<'_> {
     /// Builds or takes an image and starts it in QEMU.
     ///
     /// # Errors
-    /// One sentence: no image, no emulator, or one that ends at once.
+    /// One sentence: no image or no emulator.
     pub fn emulator(&self, target: Target) -> Result<Remote, TargetError> {
         let image = match self.image {
             Some(path) => Image::open(target, path)?,
@@ -47,11 +50,13 @@ impl Opening<'_> {
             }
         };
         (self.say)(&format!("starting {} …", target.emulator()));
-        let (link_port, log_port) = (local_port()?, local_port()?);
-        let devices = devices(target, &link_port, &log_port)?;
-        let mut qemu = Qemu::start(target, &image, &devices)?;
-        let link = wait_for_peer(&mut qemu, &link_port)?;
-        let log = wait_for_peer(&mut qemu, &log_port)?;
+        let pair = || Local::pair().map_err(TargetError::system("open a line to the emulator"));
+        let ((link, link_end), (log, log_end)) = (pair()?, pair()?);
+        let devices = devices(target).map(str::to_owned);
+        let emulator = Qemu::start(target, &image, &devices, [link_end.into(), log_end.into()])?;
+        let mut log = LogStream::new(Box::new(log), image.elf);
+        // QEMU's UART may never tell of a byte that came before the board had switched it on.
+        log.wait_for_boot(BOOT_PATIENCE);
         let place = format!("qemu:{target}");
         let facts = Computer {
             place: place.clone(),
@@ -59,8 +64,8 @@ impl Opening<'_> {
             image_sha256: Some(image.sha256),
             build_id: None,
         };
-        let end = RemoteComputer::new(Box::new(link), place, self.interrupt).in_emulator(qemu);
-        Ok(Remote { end, facts, log: Some(LogStream { stream: Box::new(log), elf: image.elf }) })
+        let end = RemoteComputer::new(Box::new(link), place, self.interrupt).in_emulator(emulator);
+        Ok(Remote { end, facts, log: Some(log) })
     }
 
     /// Opens a serial line with a board at its other end.
@@ -75,28 +80,12 @@ impl Opening<'_> {
     }
 }
 
-/// Bound before the emulator starts, so that nobody else can take it in between.
-fn local_port() -> Result<Listener, TargetError> {
-    Listener::bind("127.0.0.1:0").map_err(|e| TargetError::System {
-        action: "open a port for the emulator".into(),
-        source: std::io::Error::other(e.to_string()),
-    })
-}
-
-/// Where the serial lines of the board lead: the link and, apart from it, the log.
-fn devices(target: Target, link: &Listener, log: &Listener) -> Result<Vec<String>, TargetError> {
-    let socket = |id: &str, port: &Listener| -> Result<[String; 2], TargetError> {
-        let port = port.local_address().map_err(TargetError::system("ask for a port's number"))?.port();
-        let socket = format!("socket,id={id},host=127.0.0.1,port={port},server=off,nodelay=on");
-        Ok(["-chardev".into(), socket])
+/// The board's serial lines: the link is the emulator's standard input, a socket both ways, and the log its output.
+fn devices(target: Target) -> [&'static str; 8] {
+    let [option, log] = match target {
+        Target::M7 => ["-serial", "chardev:log"],
+        // This board has a single serial line.
+        Target::Rv64 => ["-semihosting-config", "enable=on,target=native,chardev=log"],
     };
-    let mut devices = Vec::from(socket("link", link)?);
-    devices.extend(socket("log", log)?);
-    devices.extend(["-serial".into(), "chardev:link".into()]);
-    devices.extend(match target {
-        Target::M7 => ["-serial".into(), "chardev:log".into()],
-        // The board has a single serial line.
-        Target::Rv64 => ["-semihosting-config".into(), "enable=on,target=native,chardev=log".into()],
-    });
-    Ok(devices)
+    ["-chardev", "socket,id=link,fd=0", "-chardev", "socket,id=log,fd=1", "-serial", "chardev:link", option, log]
 }

@@ -24,22 +24,6 @@ pub enum TargetError {
         /// Why.
         source: io::Error,
     },
-    /// The emulator stopped before it could be talked to.
-    #[error("{program} ended at once: {reason}")]
-    EmulatorEnded {
-        /// The program.
-        program: &'static str,
-        /// Exit status and last words.
-        reason: String,
-    },
-    /// The emulator runs and does not connect.
-    #[error("{program} did not connect within {waited_s} s")]
-    EmulatorSilent {
-        /// The program.
-        program: &'static str,
-        /// How long was waited, s.
-        waited_s: u64,
-    },
     /// The sources of the image are not there.
     #[error(
         "the image cannot be built: there is no firmware at {}, where this program was built; give one with --image",

@@ -18,7 +18,7 @@ pub use board_log::{BoardLog, LogStream, Show};
 pub use computer::{Opening, Remote};
 pub use error::TargetError;
 pub use image::Image;
-pub use qemu::{Qemu, wait_for_peer};
+pub use qemu::Qemu;
 pub use remote::RemoteComputer;
 
 /// A processor for which images are built and which QEMU emulates.

@@ -6,14 +6,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use hil_sim::transport::{Listener, Tcp};
-
 use super::{Image, Target, TargetError};
 
-/// Longest wait for the emulator to connect.
-const CONNECT_PATIENCE: Duration = Duration::from_secs(20);
-/// Pieces in which it is waited for.
-const CONNECT_STEP: Duration = Duration::from_millis(50);
 /// Wait for the last words of an emulator that has ended.
 const LAST_WORDS_PATIENCE: Duration = Duration::from_millis(500);
 /// Most of what an emulator says that is kept, bytes.
@@ -29,16 +23,18 @@ pub struct Qemu {
 }
 
 impl Qemu {
-    /// Starts the emulator with an image. `devices` is where its serial lines lead.
+    /// Starts the emulator with an image. `devices` says where its serial lines lead; `ends` become its standard input
+    /// and output.
     ///
     /// # Errors
     /// It is not installed, or does not start.
-    pub fn start(target: Target, image: &Image, devices: &[String]) -> Result<Self, TargetError> {
+    pub fn start(target: Target, image: &Image, devices: &[String], ends: [Stdio; 2]) -> Result<Self, TargetError> {
         let program = target.emulator();
         let mut command = Command::new(program);
         command.args(target.machine());
         command.args(["-display", "none", "-monitor", "none", "-nodefaults", "-kernel"]).arg(&image.path).args(devices);
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let [input, output] = ends;
+        command.stdin(input).stdout(output).stderr(Stdio::piped());
         bind_to_this_process(&mut command);
         let mut child = command.spawn().map_err(|source| match source.kind() {
             io::ErrorKind::NotFound => TargetError::EmulatorMissing { program, package: target.debian_package() },
@@ -87,26 +83,6 @@ impl Drop for Qemu {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-    }
-}
-
-/// Waits until the emulator has connected to one of our ports.
-///
-/// # Errors
-/// It ended before, or never connects.
-pub fn wait_for_peer(qemu: &mut Qemu, port: &Listener) -> Result<Tcp, TargetError> {
-    let (program, due) = (qemu.target.emulator(), Instant::now() + CONNECT_PATIENCE);
-    loop {
-        let peer = port.accept_within(CONNECT_STEP).map_err(TargetError::system(format!("accept {program}")))?;
-        if let Some(peer) = peer {
-            return Ok(peer);
-        }
-        if let Some(reason) = qemu.ended() {
-            return Err(TargetError::EmulatorEnded { program, reason });
-        }
-        if Instant::now() >= due {
-            return Err(TargetError::EmulatorSilent { program, waited_s: CONNECT_PATIENCE.as_secs() });
-        }
     }
 }
 

@@ -1,5 +1,7 @@
-//! Byte streams to a peer: TCP, pty, serial line. All block for at most a given time.
+//! Byte streams to a peer: TCP, pty, serial line, child process. All block for at most a given time.
 
+#[cfg(unix)]
+mod local;
 #[cfg(unix)]
 mod pty;
 mod serial;
@@ -8,6 +10,8 @@ mod tcp;
 use std::io;
 use std::time::Duration;
 
+#[cfg(unix)]
+pub use local::Local;
 #[cfg(unix)]
 pub use pty::{Pty, PtyPair, open_terminal};
 pub use serial::open_serial;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::{Stream, ended, is_timeout};
 use crate::session::SessionError;
@@ -93,30 +93,7 @@ impl Listener {
     pub fn accept(&self) -> io::Result<Tcp> {
         Tcp::new(self.listener.accept()?.0)
     }
-
-    /// Waits for a peer, for at most `patience`; none when nobody came.
-    ///
-    /// # Errors
-    /// Of the system.
-    pub fn accept_within(&self, patience: Duration) -> io::Result<Option<Tcp>> {
-        self.listener.set_nonblocking(true)?;
-        let due = Instant::now() + patience;
-        let peer = loop {
-            match self.listener.accept() {
-                Ok((stream, _)) => break Some(stream),
-                Err(e) if is_timeout(&e) && Instant::now() < due => std::thread::sleep(ACCEPT_STEP),
-                Err(e) if is_timeout(&e) => break None,
-                Err(e) => return Err(e),
-            }
-        };
-        self.listener.set_nonblocking(false)?;
-        // Some systems hand the listener's mode on to the connection.
-        peer.map(|stream| stream.set_nonblocking(false).and_then(|()| Tcp::new(stream))).transpose()
-    }
 }
-
-/// Pieces in which a peer is waited for.
-const ACCEPT_STEP: Duration = Duration::from_millis(2);
 
 /// A network error in the words of a user.
 fn reason(e: &io::Error) -> String {

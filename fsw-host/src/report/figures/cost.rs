@@ -25,14 +25,14 @@ pub fn figure(story: &Story<'_>) -> Figure {
         title: "Cost of a frame",
         caption: format!(
             "Wall time of the flight software on the computer that ran this flight: median {} µs, 99 % below {} µs, \
-             worst {} µs of the 20 000 µs that a frame lasts. The budgets of the flight processor are measured there.",
+             worst {} µs of the 20 000 µs that a frame lasts.",
             number(quantile(&known, 0.5), 1),
             number(quantile(&known, 0.99), 1),
             number(max, 0)
         ),
         legend: Vec::new(),
         panels: if known.len() > 1 { vec![time, histogram(&known)] } else { Vec::new() },
-        missing: "The flight software ran elsewhere or stopped at once: no cost was measured.",
+        missing: "The flight software ran elsewhere or stopped at once: no cost was measured frame by frame.",
     }
 }
 
