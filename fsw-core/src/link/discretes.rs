@@ -9,6 +9,7 @@ use super::packet::Actuator;
 
 /// Which line failed, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DiscreteError {
     /// The arm line; the fire line was driven low.
     Arm(ErrorKind),
@@ -32,13 +33,6 @@ impl core::fmt::Display for DiscreteError {
 }
 
 impl core::error::Error for DiscreteError {}
-
-#[cfg(feature = "defmt")]
-impl defmt::Format for DiscreteError {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "{}", defmt::Display2Format(self));
-    }
-}
 
 /// The three output lines.
 #[derive(Clone, Debug)]
