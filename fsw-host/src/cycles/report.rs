@@ -17,6 +17,9 @@ pub const ASSUMPTIONS: [&str; 5] = [
     "per block the larger of two figures: LLVM's Cortex-M7 model by llvm-mca 19, and published measurements",
 ];
 
+/// Most cycles that a wrongly predicted branch costs (published measurement).
+const MISPREDICTION_CYCLES: u64 = 8;
+
 /// What one frame cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FrameCost {
@@ -148,7 +151,9 @@ impl CycleReport {
             write!(text, " {:>6.2}", cost.cycles_per_instruction())?;
             writeln!(text, " {:>12} {:>12}", cost.llvm_cycles, cost.published_cycles)?;
         }
-        writeln!(text, "conditional branches in the worst frame: {}", worst.conditional_branches)?;
+        let branches = worst.conditional_branches;
+        let bound = branches * MISPREDICTION_CYCLES;
+        writeln!(text, "conditional branches in the worst frame: {branches}; all predicted wrongly: +{bound} cycles")?;
         for (title, functions) in [("worst frame", &self.worst_functions), ("all frames", &self.functions)] {
             let whole: u64 = functions.iter().map(|function| function.cost.cycles).sum();
             writeln!(
