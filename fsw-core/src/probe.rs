@@ -135,7 +135,25 @@ pub trait Counter {
     fn read(&mut self) -> u32;
 }
 
-/// A [`Probe`] that adds up what a [`Counter`] counts.
+/// A [`Probe`] that knows when frames are worked on, and what they cost.
+pub trait Meter: Probe {
+    /// Begins a span.
+    fn resume(&mut self);
+
+    /// Ends a span.
+    fn pause(&mut self);
+
+    /// Forgets the frame being worked on: what comes before a flight belongs to no frame of it.
+    fn discard(&mut self);
+
+    /// Cost of the minor frame closed since the last call; of the dearest, where a packet closed several.
+    fn take(&mut self) -> Option<MeasuredCost>;
+
+    /// Enters how deep the stack has been.
+    fn note_stack(&mut self, high_water_bytes: u32);
+}
+
+/// A [`Meter`] that adds up what a [`Counter`] counts.
 ///
 /// A minor frame is worked on in spans, one per received packet; the span of the packet that closes it is the last. The
 /// counter runs in the spans only: waiting for bytes and sending them belong to no frame.
@@ -169,36 +187,38 @@ impl<C: Counter> FrameMeter<C> {
         }
     }
 
-    /// Begins a span.
+    /// The counter.
+    pub fn counter_mut(&mut self) -> &mut C {
+        &mut self.counter
+    }
+}
+
+impl<C: Counter> Meter for FrameMeter<C> {
     #[inline(never)]
-    pub fn resume(&mut self) {
+    fn resume(&mut self) {
         self.frame_began = 0;
         self.slot_began = 0;
         self.mark = 0;
         self.counter.restart();
     }
 
-    /// Ends a span.
     #[inline(never)]
-    pub fn pause(&mut self) {
+    fn pause(&mut self) {
         let now = self.counter.read();
         self.open.whole = self.open.whole.saturating_add(now.saturating_sub(self.frame_began));
     }
 
-    /// Cost of the minor frame closed since the last call; of the dearest, where a packet closed several.
-    pub fn take(&mut self) -> Option<MeasuredCost> {
+    fn discard(&mut self) {
+        self.open = MeasuredCost::NONE;
+    }
+
+    fn take(&mut self) -> Option<MeasuredCost> {
         let stack_high_water_bytes = self.stack_high_water_bytes;
         self.closed.take().map(|cost| MeasuredCost { stack_high_water_bytes, ..cost })
     }
 
-    /// Enters how deep the stack has been.
-    pub fn note_stack(&mut self, high_water_bytes: u32) {
+    fn note_stack(&mut self, high_water_bytes: u32) {
         self.stack_high_water_bytes = high_water_bytes;
-    }
-
-    /// The counter.
-    pub fn counter_mut(&mut self) -> &mut C {
-        &mut self.counter
     }
 }
 
@@ -292,6 +312,18 @@ mod tests {
         meter.resume();
         meter.frame_done();
         assert_eq!(meter.take().unwrap().whole, 20);
+    }
+
+    #[test]
+    fn what_is_discarded_is_charged_to_no_frame() {
+        let mut meter = FrameMeter::new(Ticks::default());
+        meter.resume();
+        meter.slot_done(SlotId::Receive);
+        meter.pause();
+        meter.discard();
+        meter.resume();
+        meter.frame_done();
+        assert_eq!(meter.take().unwrap(), MeasuredCost { whole: 10, ..MeasuredCost::NONE });
     }
 
     #[test]

@@ -3,19 +3,13 @@
 use std::time::Instant;
 
 use fsw_core::executive::FlightComputer;
+use fsw_core::link::handshake::build_id;
 use fsw_core::link::packet::{RestartReason, RestartReport};
-use fsw_core::probe::{Counter, FrameMeter, MeasuredCost};
+use fsw_core::probe::{Counter, FrameMeter, MeasuredCost, Meter};
 use thiserror::Error;
 
-/// Identity of this build as it says hello: the version of the package, FNV-1a.
-pub const BUILD_ID: u64 = {
-    let (text, mut hash, mut at) = (env!("CARGO_PKG_VERSION").as_bytes(), 0xcbf2_9ce4_8422_2325u64, 0);
-    while at < text.len() {
-        hash = (hash ^ text[at] as u64).wrapping_mul(0x0000_0100_0000_01b3);
-        at += 1;
-    }
-    hash
-};
+/// Identity of this build as it says hello: the version of the package.
+pub const BUILD_ID: u64 = build_id(env!("CARGO_PKG_VERSION"));
 
 /// Why the flight computer cannot be flown any further.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -18,6 +18,11 @@ pub struct BankDemand {
     pub rate_radps: f64,
 }
 
+impl BankDemand {
+    /// Nothing asked for.
+    pub const NONE: Self = Self { accel_radps2: 0.0, rate_radps: 0.0 };
+}
+
 /// One minor frame of bank control: time-optimal turn through lift-up, within the limits, at rest on the command.
 ///
 /// Bank angles are brought to (−π, π]; the turn is the plain difference of the two, never wrapped again, so it passes

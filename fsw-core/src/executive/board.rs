@@ -14,9 +14,9 @@ use embedded_io::{ErrorKind, Read, Write};
 use super::computer::FlightComputer;
 use crate::link::discretes::{DiscreteError, Discretes};
 use crate::link::framing::MAX_FRAME;
-use crate::link::packet::{Pace, RestartReport};
+use crate::link::packet::{Mode, Pace, RestartReport};
 use crate::link::port::{Port, PortError};
-use crate::probe::{Counter, FrameMeter};
+use crate::probe::Meter;
 use crate::time::FRAME;
 
 /// Bytes taken from the stream at a time; a whole inertial frame fits.
@@ -107,7 +107,7 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
     ///
     /// # Errors
     /// The first failure of stream or lines; everything else of the step has been done.
-    pub fn step<C: Counter>(&mut self, meter: &mut FrameMeter<C>, clock: &mut impl Clock) -> Result<(), BoardError> {
+    pub fn step(&mut self, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
         let mut buffer = [0; READ_BYTES];
         let mut outcome = Ok(());
         match self.port.receive(&mut buffer) {
@@ -126,17 +126,15 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
     }
 
     /// Hands one received frame to the computer, measured, and sends the answer.
-    fn serve<C: Counter>(
-        &mut self,
-        delimited: bool,
-        meter: &mut FrameMeter<C>,
-        clock: &mut impl Clock,
-    ) -> Result<(), BoardError> {
+    fn serve(&mut self, delimited: bool, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
         let Self { port, computer, request, answer, .. } = self;
         let frame_before = computer.executive().frame();
         meter.resume();
         computer.receive_probed(request.bytes(), meter, |frame| answer.push_all(frame, |bytes| port.send(bytes)));
         meter.pause();
+        if computer.executive().mode() == Mode::Standby {
+            meter.discard();
+        }
         request.clear();
         let closed = computer.executive().frame() != frame_before;
         let told = self.tell(closed, meter, clock);
@@ -145,7 +143,7 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
     }
 
     /// Runs the frames of a real-time flight whose inertial measurements did not come in time.
-    fn run_overdue<C: Counter>(&mut self, meter: &mut FrameMeter<C>, clock: &mut impl Clock) -> Result<(), BoardError> {
+    fn run_overdue(&mut self, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
         let is_overdue = clock.now_us().wrapping_sub(self.frame_closed_us) > OVERDUE_US;
         if self.computer.executive().pace() == Pace::LockStep || !is_overdue {
             return Ok(());
@@ -163,12 +161,7 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
 
     /// After a span: sends the answer, enters and reports what a closed frame cost, drives the lines. The watchdog is
     /// kicked once for each.
-    fn tell<C: Counter>(
-        &mut self,
-        closed: bool,
-        meter: &mut FrameMeter<C>,
-        clock: &mut impl Clock,
-    ) -> Result<(), BoardError> {
+    fn tell(&mut self, closed: bool, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
         let Self { port, computer, answer, discretes, .. } = self;
         if let Some(cost) = meter.take() {
             computer.enter_cost(cost);
@@ -225,7 +218,8 @@ impl<const N: usize> Gathered<N> {
         }
         match self.room.get_mut(self.length..self.length.saturating_add(bytes.len())) {
             Some(room) => {
-                room.copy_from_slice(bytes);
+                // Both are as long; `copy_from_slice` would keep a panic for the case that they are not.
+                room.iter_mut().zip(bytes).for_each(|(slot, byte)| *slot = *byte);
                 self.length += bytes.len();
             }
             None => {
@@ -258,6 +252,7 @@ mod tests {
     use crate::link::packet::RejectCounters;
     use crate::link::packet::{Actuator, Command, Downlink, EventKind, Hello, Imu, RestartReason, Uplink};
     use crate::link::receiver::{Receiver, Sender};
+    use crate::probe::{Counter, FrameMeter};
     use crate::time::MissionTime;
     use embedded_hal::digital::{ErrorKind, ErrorType, PinState};
     use std::cell::{Cell, RefCell};

@@ -55,13 +55,13 @@ enum Restart {
 impl FlightComputer {
     /// A computer in `Standby`.
     #[must_use]
-    pub fn new(build_id: u64) -> Self {
+    pub const fn new(build_id: u64) -> Self {
         Self {
             executive: Executive::new(),
             receiver: Receiver::new(),
             sender: Sender::new(),
             inputs: FrameInputs::new(),
-            cost: MeasuredCost::default(),
+            cost: MeasuredCost::NONE,
             build_id,
             peer_refused: false,
             actuator: None,

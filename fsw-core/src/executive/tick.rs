@@ -58,10 +58,10 @@ pub struct Outputs {
 impl Executive {
     /// Flight software in `Standby` with the default parameters.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             config: Config::DEFAULT,
-            rejects: RejectCounters::default(),
+            rejects: RejectCounters::NONE,
             log: EventLog::new(),
             cost: CostLedger::new(),
             mode: Mode::Standby,
@@ -74,7 +74,7 @@ impl Executive {
             guidance: Guidance::new(),
             monitor: Monitor::new(),
             stuck: StuckMonitor::new(),
-            demand: BankDemand::default(),
+            demand: BankDemand::NONE,
         }
     }
 
@@ -119,9 +119,11 @@ impl Executive {
 
     /// Starts the flight at the entry epoch; `false` unless armed and in `Standby`.
     pub fn go(&mut self, pace: Pace) -> bool {
-        let Self { armed: true, model, config, navigator, mode: Mode::Standby, go: false, .. } = self else {
+        let Self { armed: true, model, config, navigator, monitor, rejects, mode: Mode::Standby, go: false, .. } = self
+        else {
             return false;
         };
+        monitor.begin(rejects);
         navigator.start(&config.initial_knowledge, &nav_context(config, model, &BankDemand::default()));
         self.go = true;
         self.pace = pace;

@@ -58,6 +58,12 @@ impl Monitor {
         }
     }
 
+    /// A flight begins: what the link lost before it is counted, but no event of the flight. A computer that was
+    /// switched on while its peer was talking misses the beginning.
+    pub fn begin(&mut self, rejects: &RejectCounters) {
+        self.rejected_reported = total_rejected(rejects);
+    }
+
     /// Judges one frame and logs what it finds.
     pub fn step(&mut self, report: &FrameReport<'_>, log: &mut EventLog) -> Verdict {
         self.watch_imu(report, log);
@@ -190,6 +196,18 @@ mod tests {
             .filter_map(|e| if let EventKind::PacketsRejected { count } = e.kind { Some(count) } else { None })
             .collect();
         assert_eq!(counts, [3, 150, 150, 150]);
+    }
+
+    #[test]
+    fn what_was_rejected_before_the_flight_is_no_event_of_it() {
+        let mut bench = Bench::new();
+        bench.rejects.crc = 2;
+        bench.monitor.begin(&bench.rejects);
+        bench.frame(true, true);
+        assert!(bench.events().is_empty());
+        bench.rejects.crc += 1;
+        bench.frame(true, true);
+        assert!(matches!(bench.events()[..], [e] if e.kind == EventKind::PacketsRejected { count: 1 }));
     }
 
     #[test]

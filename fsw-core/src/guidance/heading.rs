@@ -43,6 +43,9 @@ pub struct AlignmentState<'a> {
 }
 
 impl Alignment {
+    /// No heading frozen.
+    pub const NEW: Self = Self { frozen_heading_rad: None };
+
     /// The bank that aligns the heading, rad, within ± `alignment_max_bank_rad`; `None` in vertical flight or without air.
     pub fn command(
         &mut self,

@@ -131,7 +131,7 @@ impl Default for Guidance {
 impl Guidance {
     /// Guidance before a flight.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             command_rad: 0.0,
             side: 0.0,
@@ -140,7 +140,7 @@ impl Guidance {
             second: 0,
             reversals: 0,
             out_of_reach: false,
-            alignment: Alignment::default(),
+            alignment: Alignment::NEW,
         }
     }
 

@@ -38,6 +38,17 @@ impl fmt::Display for HelloError {
 
 impl core::error::Error for HelloError {}
 
+/// Identity of a build as it says hello: its version, hashed (FNV-1a).
+#[must_use]
+pub const fn build_id(version: &str) -> u64 {
+    let (mut text, mut hash) = (version.as_bytes(), 0xcbf2_9ce4_8422_2325u64);
+    while let [byte, rest @ ..] = text {
+        hash = (hash ^ *byte as u64).wrapping_mul(0x0000_0100_0000_01b3);
+        text = rest;
+    }
+    hash
+}
+
 impl Hello {
     /// What this build says of itself.
     #[must_use]

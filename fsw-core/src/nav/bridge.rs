@@ -82,6 +82,17 @@ pub struct BridgeNoise {
 }
 
 impl Bridge {
+    /// A bridge before the first frame.
+    pub const NEW: Self = Self {
+        run: 0,
+        total: 0,
+        measured_run: 0,
+        lost: false,
+        reference: Reference { delta_v_b: Vec3::zero(), expected_mps2: 0.0 },
+        accelerometer_run: 0,
+        gyro_run: 0,
+    };
+
     /// The increments to use this frame, and the noise that they add. `last` are those of the frame before, if any.
     pub fn choose(
         &mut self,

@@ -44,6 +44,14 @@ pub struct Estimate {
 
 impl Default for Estimate {
     fn default() -> Self {
+        Self::none()
+    }
+}
+
+impl Estimate {
+    /// No estimate.
+    #[must_use]
+    pub const fn none() -> Self {
         Self {
             time: MissionTime::ZERO,
             r_i: Vec3::zero(),

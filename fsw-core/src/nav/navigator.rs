@@ -42,7 +42,7 @@ pub struct NavCounters {
 }
 
 /// Strapdown, filter and the choice between navigation modes. Built in place once; a copy is a snapshot.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Navigator {
     started: bool,
     /// False in mode `ideal`, where there is no uncertainty to report.
@@ -62,11 +62,26 @@ pub const MAX_VELOCITY_SIGMA_MPS: f64 = 200.0;
 /// The same of the attitude, rad: beyond it nobody knows where the lift points.
 pub const MAX_ATTITUDE_SIGMA_RAD: f64 = crate::units::rad(10.0);
 
+impl Default for Navigator {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Navigator {
     /// A navigator that knows nothing; its estimates are invalid until [`Navigator::start`].
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub const fn new() -> Self {
+        Self {
+            started: false,
+            filtering: false,
+            nominal: Nominal::none(),
+            strapdown: Strapdown::new(),
+            bridge: Bridge::NEW,
+            filter: Filter::new(),
+            sources: [const { SourceState::None }; MAX_SOURCES],
+            estimate: Estimate::none(),
+        }
     }
 
     /// Starts from the knowledge at the entry epoch. Knowledge that is not finite or has no attitude leaves it unstarted.

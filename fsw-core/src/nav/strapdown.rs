@@ -32,6 +32,14 @@ pub struct Nominal {
 
 impl Default for Nominal {
     fn default() -> Self {
+        Self::none()
+    }
+}
+
+impl Nominal {
+    /// At rest in the centre of the planet, before the start.
+    #[must_use]
+    pub const fn none() -> Self {
         Self { r_i: Vec3::zero(), v_i: Vec3::zero(), attitude_bi: Rot::identity() }
     }
 }

@@ -225,6 +225,26 @@ pub struct CostTlm {
     pub stack_high_water_bytes: u32,
 }
 
+impl RejectCounters {
+    /// Nothing counted.
+    pub const NONE: Self = Self {
+        accepted: 0,
+        overflow: 0,
+        cobs: 0,
+        crc: 0,
+        decode: 0,
+        lost: 0,
+        duplicate: 0,
+        reordered: 0,
+        late: 0,
+        early: 0,
+        range: 0,
+        not_finite: 0,
+        status: 0,
+        missed_frames: 0,
+    };
+}
+
 /// Rejected and lost packets, each cause on its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

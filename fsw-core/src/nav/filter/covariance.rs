@@ -26,6 +26,11 @@ pub struct ProcessNoise {
     pub log_density: f64,
 }
 
+impl ProcessNoise {
+    /// No noise.
+    pub const NONE: Self = Self { velocity: 0.0, attitude: 0.0, log_density: 0.0 };
+}
+
 /// Joint covariance of estimated and considered states.
 #[derive(Clone, Debug)]
 pub struct Covariance {
@@ -41,6 +46,13 @@ pub struct Covariance {
 
 impl Default for Covariance {
     fn default() -> Self {
+        Self::none()
+    }
+}
+
+impl Covariance {
+    /// Nothing known and nothing unknown, before the start.
+    pub const fn none() -> Self {
         Self {
             rows: [[0.0; ALL]; ESTIMATED],
             considered: [0.0; CONSIDERED],

@@ -145,6 +145,13 @@ pub struct Queue<T> {
 
 impl<T> Default for Queue<T> {
     fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T> Queue<T> {
+    /// An empty one.
+    pub const fn new() -> Self {
         Self { items: heapless::Vec::new(), overflow: 0 }
     }
 }

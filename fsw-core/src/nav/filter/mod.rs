@@ -73,7 +73,7 @@ pub struct Uncertainty {
 }
 
 /// The filter and all its work space, used in place.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Filter {
     covariance: Covariance,
     /// The window being flown.
@@ -95,7 +95,40 @@ pub struct Filter {
     restored: u16,
 }
 
+impl Default for Filter {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Filter {
+    /// A filter before its start. `const`, because it is too large to be built on a small stack.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            covariance: Covariance::none(),
+            window: Transition::none(),
+            window_noise: ProcessNoise::NONE,
+            epoch: None,
+            arriving: Queue::new(),
+            processing: Queue::new(),
+            injected: [0.0; ESTIMATED],
+            error: [0.0; ESTIMATED],
+            frame: 0,
+            learned: Learned { accelerometer_bias_mps2: [0.0; 3], gyro_bias_radps: [0.0; 3], log_density: 0.0 },
+            uncertainty: Uncertainty {
+                covariance: [0.0; COVARIANCE_ELEMENTS],
+                attitude_sigma_rad: [0.0; 3],
+                log_density_sigma: 0.0,
+                position_sigma_m: 0.0,
+                velocity_sigma_mps: 0.0,
+                sound: false,
+            },
+            innovations: Queue::new(),
+            restored: 0,
+        }
+    }
+
     /// Starts from the uncertainty of the initial knowledge and of the sensors.
     pub fn start(&mut self, knowledge: &InitialKnowledge, parameters: &NavigationParameters) {
         let mut sigmas: Full = [0.0; ALL];

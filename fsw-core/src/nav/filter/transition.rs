@@ -10,7 +10,7 @@
 //! The position takes the velocity change of the window as spread evenly: T·δv₀ + T/2·(change), whose error is the change
 //! of the specific force within 0.1 s.
 
-use nalgebra::Matrix3;
+use nalgebra::{ArrayStorage, Matrix3};
 
 use super::layout::{
     ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ATTITUDE, ESTIMATED, Estimated, Full,
@@ -48,7 +48,14 @@ pub struct Transition {
 
 impl Default for Transition {
     fn default() -> Self {
-        let zero = Matrix3::zeros();
+        Self::none()
+    }
+}
+
+impl Transition {
+    /// The transition over no time.
+    pub const fn none() -> Self {
+        let zero = Matrix3::from_array_storage(ArrayStorage([[0.0; 3]; 3]));
         Self {
             elapsed_s: 0.0,
             gravity: zero,

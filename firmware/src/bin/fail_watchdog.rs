@@ -1,0 +1,15 @@
+//! Test image: hangs in flight.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[firmware::entry]
+fn main() -> ! {
+    firmware::doomed::fly(|| {
+        loop {
+            core::hint::black_box(());
+        }
+    })
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {}
