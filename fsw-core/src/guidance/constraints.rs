@@ -1,24 +1,22 @@
 //! Peaks of load, heat flux and dynamic pressure along a predicted path, and what they leave of the bank.
 
 use crate::link::parameters::ConstraintParameters;
-use crate::math::fun::sqrt;
 use crate::math::num::max;
 use crate::model::OnboardModel;
-use crate::model::entry::Environment;
-use crate::model::loads::{dynamic_pressure_pa, heat_flux_wpm2};
+use crate::model::entry::Flow;
+use crate::model::loads::{dynamic_pressure_pa, heat_flux_wpm2, sensed_load_mps2};
 
 /// Number of constraints: sensed load, heat flux, dynamic pressure, in this order everywhere.
 pub const CONSTRAINTS: usize = 3;
 
-/// Sensed load (m/s²), heat flux (W/m²) and dynamic pressure (Pa) at an altitude and speed. P4 eq. 8 and 10 as corrected;
-/// the load is the sensed one, √(L² + D²).
+/// Sensed load (m/s²), heat flux (W/m²) and dynamic pressure (Pa) in a flow. P4 eq. 8 and 10 as corrected; the load is
+/// the sensed one, √(L² + D²). `drag_ratio` is what the flow's coefficients, not its density, hold of the density ratio.
 #[must_use]
-pub fn loads(model: &OnboardModel, density_ratio: f64, altitude_m: f64, speed_mps: f64) -> [f64; CONSTRAINTS] {
-    let density = model.atmosphere.density(altitude_m) * density_ratio;
-    let pressure = dynamic_pressure_pa(density, speed_mps);
-    let (drag, lift) = model.drag_and_lift_coefficients(altitude_m, speed_mps);
-    let load = pressure * model.vehicle.reference_area_m2 / model.vehicle.mass_kg * sqrt(drag * drag + lift * lift);
-    [load, heat_flux_wpm2(density, speed_mps, model.vehicle.nose_radius_m), pressure]
+pub fn loads(model: &OnboardModel, drag_ratio: f64, flow: &Flow<f64>) -> [f64; CONSTRAINTS] {
+    let pressure = dynamic_pressure_pa(flow.density_kgpm3, flow.speed_mps);
+    let load = pressure * model.area_per_mass_m2pkg() * sensed_load_mps2(flow.drag_coefficient, flow.lift_coefficient);
+    let heat = heat_flux_wpm2(flow.density_kgpm3 * drag_ratio, flow.speed_mps, model.vehicle.nose_radius_m);
+    [load, heat, pressure * drag_ratio]
 }
 
 /// Highest value of each load along a path sampled at equal steps; a peak between two samples is taken from the parabola

@@ -171,7 +171,11 @@ impl Cycle {
 
     /// One step of the prediction under way, or of the next one; finishes the cycle when none is left to make.
     fn predict(&mut self, context: &CycleContext<'_>) {
-        let Some((cos_bank, mut prediction)) = self.flying.or_else(|| self.take_off(context)) else {
+        if self.flying.is_none() {
+            self.flying = self.take_off(context);
+        }
+        let model = self.model(context);
+        let Some((cos_bank, prediction)) = &mut self.flying else {
             self.finished = true;
             return;
         };
@@ -180,15 +184,11 @@ impl Cycle {
             return;
         }
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
-        let end = prediction.step(
-            &self.model(context),
-            clamp(context.guidance.predictor_step_s, shortest, longest),
-            &context.stop,
-        );
+        let end = prediction.step(&model, clamp(context.guidance.predictor_step_s, shortest, longest), &context.stop);
+        let cos_bank = *cos_bank;
         self.evaluations += EVALUATIONS_PER_STEP;
-        match end {
-            None => self.flying = Some((cos_bank, prediction)),
-            Some(end) => self.land(cos_bank, &end, context),
+        if let Some(end) = end {
+            self.land(cos_bank, &end, context);
         }
     }
 

@@ -12,9 +12,9 @@
 
 use crate::math::fun::sqrt;
 use crate::math::num::{clamp, max, min};
-use crate::math::rk4;
+use crate::math::rk4_from;
 use crate::model::OnboardModel;
-use crate::model::entry::{Scaled, cartesian_rates};
+use crate::model::entry::{Flow, Scaled, cartesian_rates, cartesian_rates_and_flow};
 
 use super::constraints::{self, Peaks};
 
@@ -53,13 +53,54 @@ pub struct PathEnd {
     pub peaks: Peaks,
 }
 
+/// A point of the path: the state and all that follows from it, found once and used by the steps on both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    state: State,
+    rates: State,
+    radius_m: f64,
+    speed_mps: f64,
+    r_dot_v: f64,
+    /// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
+    track: (f64, f64),
+}
+
+impl Node {
+    /// One evaluation of the equations of motion; the loads come with it.
+    #[inline]
+    fn new(model: &Flown<'_>, state: &State, bank: &Bank) -> (Self, [f64; constraints::CONSTRAINTS]) {
+        let (rates, flow) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
+        let loads = constraints::loads(model.environment, model.drag_ratio, &flow);
+        let Flow { radius_m, speed_mps, r_dot_v, .. } = flow;
+        let track = track_rate(state, &rates, &flow);
+        (Self { state: *state, rates, radius_m, speed_mps, r_dot_v, track }, loads)
+    }
+
+    fn is_past(&self, stop: &Stop) -> bool {
+        self.speed_mps <= stop.speed_mps || self.radius_m <= stop.radius_m
+    }
+
+    fn speed_rate(&self) -> f64 {
+        speed_times_rate(&self.state, &self.rates) / self.speed_mps
+    }
+
+    fn radius_rate(&self) -> f64 {
+        self.r_dot_v / self.radius_m
+    }
+}
+
+/// Cosine and sine of the bank that a prediction holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bank {
+    cosine: f64,
+    sine: f64,
+}
+
 /// A prediction under way. Fixed size, resumed by [`Prediction::step`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    state: State,
-    rates: State,
-    cos_bank: f64,
-    sin_bank: f64,
+    node: Node,
+    bank: Bank,
     elapsed_s: f64,
     track_rad: f64,
     peaks: Peaks,
@@ -69,9 +110,9 @@ impl Prediction {
     /// Starts at `state` with a constant bank. One evaluation.
     #[must_use]
     pub fn start(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
-        let rates = cartesian_rates(model, state, cos_bank, sin_bank);
-        let peaks = Peaks::starting(loads_at(model, state));
-        Self { state: *state, rates, cos_bank, sin_bank, elapsed_s: 0.0, track_rad: 0.0, peaks }
+        let bank = Bank { cosine: cos_bank, sine: sin_bank };
+        let (node, loads) = Node::new(model, state, &bank);
+        Self { node, bank, elapsed_s: 0.0, track_rad: 0.0, peaks: Peaks::starting(loads) }
     }
 
     /// Flies one step of `step_s`, four evaluations; the end of the path once it has been reached.
@@ -80,37 +121,26 @@ impl Prediction {
     /// ceases to be finite.
     #[must_use]
     pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
-        let (cos_bank, sin_bank) = (self.cos_bank, self.sin_bank);
-        let (before, rates_before) = (self.state, self.rates);
-        if is_past(&before, stop) {
+        if self.node.is_past(stop) {
             return Some(self.end());
         }
-        let after = rk4(&before, step_s, |offset_s, state| {
-            if offset_s > 0.0 { cartesian_rates(model, state, cos_bank, sin_bank) } else { rates_before }
+        let bank = self.bank;
+        let state = rk4_from(&self.node.state, &self.node.rates, step_s, |_, state| {
+            cartesian_rates(model, state, bank.cosine, bank.sine)
         });
-        self.state = after;
-        self.rates = cartesian_rates(model, &after, cos_bank, sin_bank);
-        let past = is_past(&after, stop);
-        let share = if past { self.share_before_stop(&before, &rates_before, step_s, stop) } else { 1.0 };
+        let (after, loads) = Node::new(model, &state, &bank);
+        let past = after.is_past(stop);
+        let share = if past { share_before_stop(&self.node, &after, step_s, stop) } else { 1.0 };
         self.elapsed_s += share * step_s;
-        self.track_rad +=
-            track_over([track_rate(&before, &rates_before), track_rate(&after, &self.rates)], step_s, share);
+        self.track_rad += track_over([self.node.track, after.track], step_s, share);
+        self.node = after;
         if past {
             return Some(self.end());
         }
-        self.peaks.push(loads_at(model, &after));
+        self.peaks.push(loads);
         // Written so that a state that is not finite ends the path too.
         let goes_on = self.elapsed_s < stop.horizon_s && self.track_rad.is_finite();
         if goes_on { None } else { Some(self.end()) }
-    }
-
-    /// Share of the step just made that lies before the stop.
-    fn share_before_stop(&self, before: &State, rates_before: &State, step_s: f64, stop: &Stop) -> f64 {
-        let after = &self.state;
-        let speeds =
-            [(speed(before), speed_rate(before, rates_before)), (speed(after), speed_rate(after, &self.rates))];
-        let radii = [(radius(before), radius_rate(before)), (radius(after), radius_rate(after))];
-        min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
     }
 
     fn end(&self) -> PathEnd {
@@ -118,41 +148,33 @@ impl Prediction {
     }
 }
 
-/// Loads at a state.
-fn loads_at(model: &Flown<'_>, state: &State) -> [f64; constraints::CONSTRAINTS] {
-    let onboard = model.environment;
-    constraints::loads(onboard, model.drag_ratio, radius(state) - onboard.planet.radius_m, speed(state))
+/// Share of the step between two nodes that lies before the stop.
+fn share_before_stop(before: &Node, after: &Node, step_s: f64, stop: &Stop) -> f64 {
+    let speeds = [before, after].map(|node| (node.speed_mps, node.speed_rate()));
+    let radii = [before, after].map(|node| (node.radius_m, node.radius_rate()));
+    min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
 }
 
-fn is_past(state: &State, stop: &Stop) -> bool {
-    speed(state) <= stop.speed_mps || radius(state) <= stop.radius_m
-}
-
-fn radius(&[x, y, z, ..]: &State) -> f64 {
-    sqrt(x * x + y * y + z * z)
-}
-
-fn speed(&[_, _, _, vx, vy, vz]: &State) -> f64 {
-    sqrt(vx * vx + vy * vy + vz * vz)
-}
-
-fn radius_rate(&[x, y, z, vx, vy, vz]: &State) -> f64 {
-    (x * vx + y * vy + z * vz) / sqrt(x * x + y * y + z * z)
-}
-
-fn speed_rate(&[_, _, _, vx, vy, vz]: &State, &[_, _, _, ax, ay, az]: &State) -> f64 {
-    (vx * ax + vy * ay + vz * az) / sqrt(vx * vx + vy * vy + vz * vz)
+/// Speed times its rate, v · v', m²/s³.
+fn speed_times_rate(&[_, _, _, vx, vy, vz]: &State, &[_, _, _, ax, ay, az]: &State) -> f64 {
+    vx * ax + vy * ay + vz * az
 }
 
 /// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
-fn track_rate(state: &State, rates: &State) -> (f64, f64) {
+///
+/// With c = r·v/r the climb and l = √(V² − c²) the level speed: c' = (l² + r·a)/r, l' = (v·a − c c')/l.
+#[inline]
+fn track_rate(state: &State, rates: &State, flow: &Flow<f64>) -> (f64, f64) {
     let [x, y, z, ..] = *state;
     let [_, _, _, ax, ay, az] = *rates;
-    let (speed, radius, climb) = (speed(state), radius(state), radius_rate(state));
-    let level = sqrt(max(speed * speed - climb * climb, 0.0));
-    let climb_rate = (level * level + x * ax + y * ay + z * az) / radius;
-    let level_rate = if level > 0.0 { (speed * speed_rate(state, rates) - climb * climb_rate) / level } else { 0.0 };
-    (level / radius, (level_rate - level * climb / radius) / radius)
+    let per_radius = 1.0 / flow.radius_m;
+    let climb = flow.r_dot_v * per_radius;
+    let level_square = max(flow.speed_mps * flow.speed_mps - climb * climb, 0.0);
+    let level = sqrt(level_square);
+    let climb_rate = (level_square + x * ax + y * ay + z * az) * per_radius;
+    let level_rate = if level > 0.0 { (speed_times_rate(state, rates) - climb * climb_rate) / level } else { 0.0 };
+    let rate = level * per_radius;
+    (rate, (level_rate - rate * climb) * per_radius)
 }
 
 /// Track over a share of a step: the integral of the cubic through rate and derivative at both ends of the step.
@@ -230,7 +252,7 @@ mod tests {
         for _ in 0..20 {
             let middle = 0.5 * (low + high);
             let (prediction, ..) = fly(middle, 0.1, &STOP);
-            let [x, y, z, ..] = prediction.state;
+            let [x, y, z, ..] = prediction.node.state;
             let [x0, y0, z0, ..] = entry();
             let arc = crate::frames::great_circle_rad(
                 &crate::frames::Vec3::<crate::frames::PlanetFixed>::new(x0, y0, z0),
@@ -240,7 +262,7 @@ mod tests {
         }
         let (prediction, end, _) = fly(low, 0.1, &STOP);
         assert!((low - 42.0).abs() < 1.0, "bank {low}");
-        let altitude_m = radius(&prediction.state) - 3_397_200.0;
+        let altitude_m = prediction.node.radius_m - 3_397_200.0;
         assert!((altitude_m - 8.0e3).abs() < 250.0, "altitude {altitude_m}");
         assert!((end.peaks.highest()[0] / 9.806_65 - 8.6).abs() < 0.2, "load {}", end.peaks.highest()[0] / 9.806_65);
     }

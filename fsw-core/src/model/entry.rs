@@ -66,6 +66,34 @@ const VERTICAL_SINE_SQUARE: f64 = 1e-20;
 /// The state must not be at the planet's centre.
 #[inline]
 pub fn cartesian_rates<S: Scalar, E: Environment<S>>(env: &E, state: &[S; 6], cos_bank: S, sin_bank: S) -> [S; 6] {
+    cartesian_rates_and_flow(env, state, cos_bank, sin_bank).0
+}
+
+/// What [`cartesian_rates_and_flow`] finds on its way to the rates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flow<S> {
+    /// Distance from the planet's centre, m.
+    pub radius_m: S,
+    /// Planet-relative speed, m/s.
+    pub speed_mps: S,
+    /// Position times velocity, m²/s.
+    pub r_dot_v: S,
+    /// Density, kg/m³.
+    pub density_kgpm3: S,
+    /// Drag coefficient.
+    pub drag_coefficient: S,
+    /// Lift coefficient.
+    pub lift_coefficient: S,
+}
+
+/// As [`cartesian_rates`], with the flow around the vehicle, which costs nothing more.
+#[inline]
+pub fn cartesian_rates_and_flow<S: Scalar, E: Environment<S>>(
+    env: &E,
+    state: &[S; 6],
+    cos_bank: S,
+    sin_bank: S,
+) -> ([S; 6], Flow<S>) {
     let [x, y, z, vx, vy, vz] = *state;
     let planet = env.planet();
 
@@ -79,7 +107,8 @@ pub fn cartesian_rates<S: Scalar, E: Environment<S>>(env: &E, state: &[S; 6], co
     let altitude = radius - planet.radius_m;
     let (drag_coefficient, lift_coefficient) = env.drag_and_lift_coefficients(altitude, speed);
     // ρ S V / 2m: times C_D v it is the drag.
-    let pressure = env.density_kgpm3(altitude) * speed * (0.5 * env.area_per_mass_m2pkg());
+    let density = env.density_kgpm3(altitude);
+    let pressure = density * speed * (0.5 * env.area_per_mass_m2pkg());
 
     let (hx, hy, hz) = (vy * z - vz * y, vz * x - vx * z, vx * y - vy * x);
     let h2 = hx * hx + hy * hy + hz * hz;
@@ -91,18 +120,28 @@ pub fn cartesian_rates<S: Scalar, E: Environment<S>>(env: &E, state: &[S; 6], co
     let up = lift * cos_bank;
     let right = lift * sin_bank * speed;
     let along_r = up * v2;
-    let along_v = up * (x * vx + y * vy + z * vz) + pressure * drag_coefficient;
+    let r_dot_v = x * vx + y * vy + z * vz;
+    let along_v = up * r_dot_v + pressure * drag_coefficient;
 
     let omega = planet.rotation_radps;
     let (twice, square) = (2.0 * omega, omega * omega);
-    [
+    let rates = [
         vx,
         vy,
         vz,
         gx + along_r * x - along_v * vx + right * hx + vy * twice + x * square,
         gy + along_r * y - along_v * vy + right * hy - vx * twice + y * square,
         gz + along_r * z - along_v * vz + right * hz,
-    ]
+    ];
+    let flow = Flow {
+        radius_m: radius,
+        speed_mps: speed,
+        r_dot_v,
+        density_kgpm3: density,
+        drag_coefficient,
+        lift_coefficient,
+    };
+    (rates, flow)
 }
 
 /// Time derivative of the spherical state: radius (m), longitude, planetocentric latitude (rad), planet-relative speed (m/s),

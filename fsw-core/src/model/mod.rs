@@ -148,6 +148,12 @@ impl OnboardModel {
         self.aero.set(vehicle, aero_rows)
     }
 
+    /// Reference area over mass, m²/kg.
+    #[must_use]
+    pub const fn area_per_mass_m2pkg(&self) -> f64 {
+        self.area_per_mass_m2pkg
+    }
+
     /// Mach number of an air-relative speed at an altitude.
     #[must_use]
     pub fn mach(&self, altitude_m: f64, speed_mps: f64) -> f64 {
