@@ -86,6 +86,9 @@ pub trait Probe {
 
     /// A minor frame has just been closed: what comes next belongs to the next one.
     fn frame_done(&mut self);
+
+    /// What was done so far belongs to no minor frame: the flight has not begun.
+    fn nothing_done(&mut self);
 }
 
 /// A probe that measures nothing.
@@ -98,6 +101,8 @@ impl Probe for NoProbe {
     fn kernel_done(&mut self, _kernel: Kernel, _units: u32) {}
 
     fn frame_done(&mut self) {}
+
+    fn nothing_done(&mut self) {}
 }
 
 /// Cost of a frame in the caller's unit (instructions on target); zero where not measured.
@@ -255,6 +260,11 @@ impl<C: Counter> Probe for FrameMeter<C> {
         self.open = MeasuredCost::NONE;
         self.frame_began = now;
     }
+
+    fn nothing_done(&mut self) {
+        self.open = MeasuredCost::NONE;
+        self.frame_began = self.counter.read();
+    }
 }
 
 #[cfg(test)]
@@ -335,6 +345,19 @@ mod tests {
         meter.frame_done();
         meter.frame_done();
         assert_eq!(meter.take().unwrap().whole, 20);
+    }
+
+    #[test]
+    fn what_was_done_before_the_flight_belongs_to_no_frame() {
+        let mut meter = FrameMeter::new(Ticks::default());
+        meter.resume();
+        meter.slot_done(SlotId::Receive);
+        meter.nothing_done(); // at 20
+        meter.pause(); // at 30
+        meter.resume();
+        meter.frame_done();
+        let cost = meter.take().unwrap();
+        assert_eq!((cost.whole, cost.slots[0]), (20, 0));
     }
 
     #[test]

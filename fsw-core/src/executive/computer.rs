@@ -2,7 +2,6 @@
 //! waiting. A host, a test and a board run exactly this.
 
 use super::tick::{Executive, Outputs};
-use crate::fault::PENDING_EVENTS;
 use crate::link::framing::MAX_FRAME;
 use crate::link::packet::{
     Actuator, Command, CommandOutcome, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Hello, Imu, Injection,
@@ -17,6 +16,8 @@ use crate::time::MissionTime;
 /// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
 /// packets that follow, so that the cost of a packet stays bounded.
 pub const MAX_BRIDGED_FRAMES: u32 = 10;
+/// Events sent with one frame, at most; more wait in the queue.
+const EVENTS_PER_BURST: usize = 4;
 /// Minor frames that may be missing before an inertial measurement without more ado. A larger jump of its time stamp
 /// counts as early until the next measurement follows on it: one wrong time stamp must not run the flight ahead of
 /// the vehicle, because the frames of the time jumped over would all come late.
@@ -143,6 +144,9 @@ impl FlightComputer {
             }
         }
         probe.slot_done(SlotId::Receive);
+        if self.executive.frame() == 0 {
+            probe.nothing_done();
+        }
     }
 
     /// In a real-time flight runs the next minor frame without an inertial measurement, because none came in time; true
@@ -316,7 +320,7 @@ impl FlightComputer {
     }
 
     fn send_events(&mut self, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
-        for _ in 0..PENDING_EVENTS {
+        for _ in 0..EVENTS_PER_BURST {
             let Some(event) = self.executive.log.next_pending() else { return };
             self.send(event.time, Downlink::Event(event), probe, transmit);
         }

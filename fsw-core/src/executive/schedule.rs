@@ -20,8 +20,11 @@ pub struct Slot {
 
 /// Minor frames between two navigation telemetry packets (10 Hz).
 pub const NAV_TELEMETRY_FRAMES: u32 = 5;
-/// Minor frames between two health packets (1 Hz).
+/// Minor frames between two health packets (1 Hz) …
 pub const HEALTH_FRAMES: u32 = FRAMES_PER_SECOND;
+/// … and the frame of the second in which they go down: one in which the filter has little to do and no other packet of
+/// telemetry is due.
+pub const HEALTH_OFFSET: u32 = 34;
 
 /// The schedule, in the order of execution within a minor frame. Filter and guidance slice their own 10 Hz and 1 Hz
 /// work evenly over the frames, hence run in each of them.

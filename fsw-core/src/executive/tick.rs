@@ -2,7 +2,7 @@
 
 use super::cost::CostLedger;
 use super::modes::{self, Facts, Thresholds};
-use super::schedule::{HEALTH_FRAMES, NAV_TELEMETRY_FRAMES, due};
+use super::schedule::{HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES, due};
 use crate::config::Config;
 use crate::control::{self, BankDemand};
 use crate::fault::{EventLog, FrameReport, Monitor};
@@ -183,7 +183,7 @@ impl Executive {
             actuator: self.actuator(&demand),
             navigation,
             guidance: command.telemetry,
-            health: due(self.frame, HEALTH_FRAMES, 0).then(|| self.health()),
+            health: due(self.frame, HEALTH_FRAMES, HEALTH_OFFSET).then(|| self.health()),
         };
         probe.slot_done(SlotId::Telemetry);
         outputs

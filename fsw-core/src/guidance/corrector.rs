@@ -76,6 +76,12 @@ impl Corrector {
         }
     }
 
+    /// Predictions that a cycle may make: those of the search and one to relieve a limit.
+    #[must_use]
+    pub fn max_predictions(&self) -> usize {
+        (self.max_samples + 1).min(MAX_PREDICTIONS)
+    }
+
     /// Tells the search what the prediction at `sample.cos_bank` found. More than [`MAX_PREDICTIONS`] are ignored.
     pub fn take(&mut self, sample: Sample) {
         let _ = self.samples.push(sample);

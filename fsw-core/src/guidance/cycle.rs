@@ -1,7 +1,6 @@
 //! One guidance cycle as a resumable computation: propagate to the instant of effect, predict, correct, check constraints.
 //!
-//! A cycle starts on a whole second, is advanced by [`STEPS_PER_FRAME`] Runge–Kutta steps in each minor frame, and its
-//! result acts at the next whole second, converged or best so far. Nothing of it depends on how it was sliced.
+//! A cycle starts on a whole second, is advanced by a quota of Runge–Kutta steps in each minor frame, and its result acts at the next whole second, converged or best so far. Nothing of it depends on how it was sliced.
 
 use crate::control;
 use crate::frames::{PlanetFixed, Vec3};
@@ -12,6 +11,7 @@ use crate::math::num::{clamp, wrap_angle};
 use crate::math::rk4;
 use crate::model::OnboardModel;
 use crate::model::entry::{Scaled, cartesian_rates};
+use crate::probe::{Kernel, Probe};
 use crate::time::{FRAME, FRAMES_PER_SECOND};
 
 use super::constraints::Peaks;
@@ -21,8 +21,10 @@ use super::predictor::{self, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, PathEnd
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
 pub const MAX_EVALUATIONS: u16 = 2400;
-/// Runge–Kutta steps in one minor frame.
+/// Runge–Kutta steps in one minor frame, at most.
 pub const STEPS_PER_FRAME: u32 = 14;
+/// Predictor steps that cost as much as one step of the propagation, which flies the bank control as well.
+const PROPAGATION_COST: u32 = 3;
 /// Minor frames that one step of the propagation to the instant of effect covers.
 const PROPAGATION_FRAMES: u32 = 10;
 /// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
@@ -98,6 +100,9 @@ pub struct Cycle {
     flying: Option<(f64, Prediction)>,
     flown: heapless::Vec<Flown, MAX_PREDICTIONS>,
     evaluations: u16,
+    /// Steps of the prediction under way, and of the longest so far.
+    steps: u32,
+    longest: u32,
     finished: bool,
 }
 
@@ -121,23 +126,43 @@ impl Cycle {
             flying: None,
             flown: heapless::Vec::new(),
             evaluations: 0,
+            steps: 0,
+            longest: 0,
             finished: false,
         }
     }
 
-    /// Computes on, at most `steps` Runge–Kutta steps; the number made.
-    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>) -> u32 {
-        for made in 0..steps {
-            if self.finished {
-                return made;
-            }
-            if self.frames_left > 0 {
-                self.propagate(context);
-            } else {
-                self.predict(context);
-            }
+    /// Computes on, for at most the cost of `steps` predictor steps, but at least one.
+    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>, probe: &mut impl Probe) {
+        let mut left = steps;
+        while self.frames_left > 0 && left > 0 {
+            self.propagate(context);
+            left = left.saturating_sub(PROPAGATION_COST);
         }
-        steps
+        probe.kernel_done(Kernel::Corrector, 0);
+        let mut made = 0;
+        while made < left && !self.finished {
+            self.predict(context);
+            made += 1;
+        }
+        probe.kernel_done(Kernel::Predictor, made);
+    }
+
+    /// The quota that finishes the cycle just in time if every prediction allowed is made and takes as long as the longest
+    /// so far, of this cycle or, `longest_before`, of the one before: so all frames of a second cost about the same.
+    #[must_use]
+    pub fn quota(&self, frames_left: u32, longest_before: u32) -> u32 {
+        let longest = longest_before.max(self.longest).max(self.steps + 1);
+        let to_make = u32::try_from(self.corrector.max_predictions().saturating_sub(self.flown.len())).unwrap_or(0);
+        let propagation = PROPAGATION_COST * self.frames_left.div_ceil(PROPAGATION_FRAMES);
+        let cost = propagation + (longest * to_make).saturating_sub(self.steps);
+        cost.div_ceil(frames_left.max(1)).clamp(1, STEPS_PER_FRAME)
+    }
+
+    /// Steps of the longest prediction, finished or not.
+    #[must_use]
+    pub fn longest_prediction(&self) -> u32 {
+        self.longest
     }
 
     /// The onboard model in the air that navigation found when the cycle started.
@@ -187,6 +212,8 @@ impl Cycle {
         let end = prediction.step(&model, clamp(context.guidance.predictor_step_s, shortest, longest), &context.stop);
         let cos_bank = *cos_bank;
         self.evaluations += EVALUATIONS_PER_STEP;
+        self.steps += 1;
+        self.longest = self.longest.max(self.steps);
         if let Some(end) = end {
             self.land(cos_bank, &end, context);
         }
@@ -208,6 +235,7 @@ impl Cycle {
     /// The downrange error is the range flown minus the range to go, both at the reference radius (P4 eq. 2 and 3).
     fn land(&mut self, cos_bank: f64, end: &PathEnd, context: &CycleContext<'_>) {
         self.flying = None;
+        self.steps = 0;
         let error_m = end.track_rad * context.model.planet.radius_m - self.range_to_go_m;
         if !error_m.is_finite() {
             self.finished = true;

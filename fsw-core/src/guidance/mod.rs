@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! frame 50 k        estimate ──► cycle starts: propagated to frame 50 (k+1) under the bank in force
-//! 50 k … 50 k + 48  a fixed quota of predictor steps in each frame
+//! 50 k … 50 k + 48  a quota of predictor steps in each frame
 //! frame 50 (k+1)    its bank magnitude takes effect, with the side from the estimate of that frame; next cycle starts
 //! ```
 
@@ -32,9 +32,12 @@ use crate::probe::{Kernel, NoProbe, Probe};
 use crate::time::{FRAMES_PER_SECOND, MissionTime};
 
 use course::Course;
-use cycle::{Cycle, CycleContext, CycleResult, CycleStart, STEPS_PER_FRAME};
+use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
+
+/// Steps that the first cycle expects a prediction to take: as many as it is allowed.
+const LONGEST_PREDICTION: u32 = cycle::MAX_EVALUATIONS as u32 / 16;
 
 /// Parameters and model that guidance flies with; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +119,8 @@ pub struct Guidance {
     side: f64,
     cycle: Option<Cycle>,
     cycles: u32,
+    /// Steps of the longest prediction of the cycle before.
+    longest_prediction: u32,
     second: u32,
     reversals: u8,
     out_of_reach: bool,
@@ -137,6 +142,7 @@ impl Guidance {
             side: 0.0,
             cycle: None,
             cycles: 0,
+            longest_prediction: LONGEST_PREDICTION,
             second: 0,
             reversals: 0,
             out_of_reach: false,
@@ -150,7 +156,7 @@ impl Guidance {
         self.reversals
     }
 
-    /// One minor frame. The cost is bounded: [`STEPS_PER_FRAME`] predictor steps and a little more.
+    /// One minor frame. The cost is bounded: [`STEPS_PER_FRAME`](cycle::STEPS_PER_FRAME) predictor steps and a little more.
     ///
     /// `Standby` and `Coast` hold the initial bank, `RangeControl` runs cycles, `HeadingAlignment` steers in every frame,
     /// `DegradedRangeControl` keeps the last command, `DegradedHeadingAlignment` flies lift-up, `Deployed` commands zero.
@@ -201,6 +207,7 @@ impl Guidance {
                     self.take_effect(result, course, input, output);
                 }
                 if let Some(cycle) = &ended {
+                    self.longest_prediction = cycle.longest_prediction();
                     output.telemetry = Some(self.report(cycle, result.as_ref(), course, input));
                 }
                 self.cycle = Some(Cycle::new(&self.cycle_start(input), input.context.guidance));
@@ -209,10 +216,11 @@ impl Guidance {
             }
             self.cycles = self.cycles.saturating_add(1);
         }
-        probe.kernel_done(Kernel::Corrector, 0);
         if let (Some(cycle), false) = (&mut self.cycle, input.shed) {
-            let steps = cycle.advance(STEPS_PER_FRAME, &context);
-            probe.kernel_done(Kernel::Predictor, steps);
+            // The last frame of a second is spare.
+            let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
+            let quota = cycle.quota(frames_left, self.longest_prediction);
+            cycle.advance(quota, &context, probe);
         }
     }
 

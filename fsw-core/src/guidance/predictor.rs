@@ -66,14 +66,19 @@ struct Node {
 }
 
 impl Node {
-    /// One evaluation of the equations of motion; the loads come with it.
-    #[inline]
-    fn new(model: &Flown<'_>, state: &State, bank: &Bank) -> (Self, [f64; constraints::CONSTRAINTS]) {
-        let (rates, flow) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
-        let loads = constraints::loads(model.environment, model.drag_ratio, &flow);
-        let Flow { radius_m, speed_mps, r_dot_v, .. } = flow;
-        let track = track_rate(state, &rates, &flow);
-        (Self { state: *state, rates, radius_m, speed_mps, r_dot_v, track }, loads)
+    const NONE: Self =
+        Self { state: [0.0; 6], rates: [0.0; 6], radius_m: 0.0, speed_mps: 0.0, r_dot_v: 0.0, track: (0.0, 0.0) };
+
+    /// Fills in what follows from the state, and the loads there. One evaluation of the equations of motion.
+    #[inline(always)]
+    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
+        let (rates, flow) = cartesian_rates_and_flow(model, &self.state, bank.cosine, bank.sine);
+        self.track = track_rate(&self.state, &rates, &flow);
+        self.rates = rates;
+        self.radius_m = flow.radius_m;
+        self.speed_mps = flow.speed_mps;
+        self.r_dot_v = flow.r_dot_v;
+        constraints::loads(model.environment, model.drag_ratio, &flow)
     }
 
     fn is_past(&self, stop: &Stop) -> bool {
@@ -99,7 +104,9 @@ struct Bank {
 /// A prediction under way. Fixed size, resumed by [`Prediction::step`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    node: Node,
+    /// The last node and the one before, which change places in each step: copying them would cost as much as a third of it.
+    nodes: (Node, Node),
+    last_is_first: bool,
     bank: Bank,
     elapsed_s: f64,
     track_rad: f64,
@@ -111,8 +118,16 @@ impl Prediction {
     #[must_use]
     pub fn start(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
         let bank = Bank { cosine: cos_bank, sine: sin_bank };
-        let (node, loads) = Node::new(model, state, &bank);
-        Self { node, bank, elapsed_s: 0.0, track_rad: 0.0, peaks: Peaks::starting(loads) }
+        let mut node = Node { state: *state, ..Node::NONE };
+        let loads = node.evaluate(model, &bank);
+        Self {
+            nodes: (node, Node::NONE),
+            last_is_first: true,
+            bank,
+            elapsed_s: 0.0,
+            track_rad: 0.0,
+            peaks: Peaks::starting(loads),
+        }
     }
 
     /// Flies one step of `step_s`, four evaluations; the end of the path once it has been reached.
@@ -121,19 +136,20 @@ impl Prediction {
     /// ceases to be finite.
     #[must_use]
     pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
-        if self.node.is_past(stop) {
+        let Self { nodes: (first, second), bank, .. } = self;
+        let (before, after) = if self.last_is_first { (first, second) } else { (second, first) };
+        if before.is_past(stop) {
             return Some(self.end());
         }
-        let bank = self.bank;
-        let state = rk4_from(&self.node.state, &self.node.rates, step_s, |_, state| {
+        after.state = rk4_from(&before.state, &before.rates, step_s, |_, state| {
             cartesian_rates(model, state, bank.cosine, bank.sine)
         });
-        let (after, loads) = Node::new(model, &state, &bank);
+        let loads = after.evaluate(model, bank);
         let past = after.is_past(stop);
-        let share = if past { share_before_stop(&self.node, &after, step_s, stop) } else { 1.0 };
+        let share = if past { share_before_stop(before, after, step_s, stop) } else { 1.0 };
         self.elapsed_s += share * step_s;
-        self.track_rad += track_over([self.node.track, after.track], step_s, share);
-        self.node = after;
+        self.track_rad += track_over([before.track, after.track], step_s, share);
+        self.last_is_first = !self.last_is_first;
         if past {
             return Some(self.end());
         }
@@ -141,6 +157,11 @@ impl Prediction {
         // Written so that a state that is not finite ends the path too.
         let goes_on = self.elapsed_s < stop.horizon_s && self.track_rad.is_finite();
         if goes_on { None } else { Some(self.end()) }
+    }
+
+    #[cfg(test)]
+    fn last(&self) -> &Node {
+        if self.last_is_first { &self.nodes.0 } else { &self.nodes.1 }
     }
 
     fn end(&self) -> PathEnd {
@@ -252,7 +273,7 @@ mod tests {
         for _ in 0..20 {
             let middle = 0.5 * (low + high);
             let (prediction, ..) = fly(middle, 0.1, &STOP);
-            let [x, y, z, ..] = prediction.node.state;
+            let [x, y, z, ..] = prediction.last().state;
             let [x0, y0, z0, ..] = entry();
             let arc = crate::frames::great_circle_rad(
                 &crate::frames::Vec3::<crate::frames::PlanetFixed>::new(x0, y0, z0),
@@ -262,7 +283,7 @@ mod tests {
         }
         let (prediction, end, _) = fly(low, 0.1, &STOP);
         assert!((low - 42.0).abs() < 1.0, "bank {low}");
-        let altitude_m = prediction.node.radius_m - 3_397_200.0;
+        let altitude_m = prediction.last().radius_m - 3_397_200.0;
         assert!((altitude_m - 8.0e3).abs() < 250.0, "altitude {altitude_m}");
         assert!((end.peaks.highest()[0] / 9.806_65 - 8.6).abs() < 0.2, "load {}", end.peaks.highest()[0] / 9.806_65);
     }

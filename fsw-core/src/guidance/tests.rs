@@ -11,6 +11,7 @@ use super::*;
 use crate::config::Config;
 use crate::frames::PlanetRelative;
 use crate::planet::STANDARD_GRAVITY_MPS2;
+use crate::probe::NoProbe;
 use crate::units::{deg, rad};
 
 const CONFIG: Config = Config::DEFAULT;
@@ -66,7 +67,7 @@ fn start(state: State) -> CycleStart {
 /// Runs a cycle in slices; the frames it took.
 fn run(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>) -> u32 {
     for frame in 1..10_000 {
-        cycle.advance(steps, &context.cycle());
+        cycle.advance(steps, &context.cycle(), &mut NoProbe);
         if cycle.is_finished() {
             return frame;
         }
@@ -95,7 +96,7 @@ fn a_cycle_does_not_depend_on_how_it_was_sliced() {
     for (h, v, gamma) in [(125.3e3, 5505.0, -14.15), (60e3, 5400.0, -10.0), (25e3, 2500.0, -8.0), (9e3, 640.0, -20.0)] {
         let whole = {
             let mut cycle = Cycle::new(&start(state_of(&estimate(h, v, gamma))), &CONFIG.guidance);
-            cycle.advance(u32::MAX, &context.cycle());
+            cycle.advance(u32::MAX, &context.cycle(), &mut NoProbe);
             cycle
         };
         for steps in [1, 3, STEPS_PER_FRAME, 100] {

@@ -87,7 +87,7 @@ pub struct Flow<S> {
 }
 
 /// As [`cartesian_rates`], with the flow around the vehicle, which costs nothing more.
-#[inline]
+#[inline(always)]
 pub fn cartesian_rates_and_flow<S: Scalar, E: Environment<S>>(
     env: &E,
     state: &[S; 6],

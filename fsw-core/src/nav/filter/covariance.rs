@@ -12,6 +12,9 @@ const RELATIVE_PIVOT: f64 = 1e-12;
 /// It is then raised to this many times the limit, so that rounding does not bring it back below.
 const RAISE: f64 = 10.0;
 
+/// Columns that a frame predicts before the next one predicts the rest and the rows: about the same cost.
+const MOST: usize = 24;
+
 /// Rows of the lower triangle that hold about half of its work: 11 · 12 of 16 · 17.
 const HALF: usize = 11;
 
@@ -81,9 +84,22 @@ impl Covariance {
         self.rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
     }
 
-    /// First half of the prediction: Φ on every column.
-    pub fn predict_columns(&mut self, transition: &Transition) {
-        for j in 0..ALL {
+    /// First part of the prediction: Φ on most columns.
+    pub fn begin_prediction(&mut self, transition: &Transition) {
+        self.predict_columns::<0, MOST>(transition);
+    }
+
+    /// The rest of the prediction: Φ on the columns left, then on every row, and the process noise.
+    pub fn end_prediction(&mut self, transition: &Transition, noise: &ProcessNoise) {
+        self.predict_columns::<MOST, ALL>(transition);
+        self.predict_rows(transition, noise);
+    }
+
+    /// Φ on columns `FROM` to `TO`, in ascending order: those of the considered states come last, because the others need
+    /// them as they were. Constants, so that no index needs a check at run time.
+    fn predict_columns<const FROM: usize, const TO: usize>(&mut self, transition: &Transition) {
+        const { assert!(FROM <= TO && TO <= ALL) };
+        for j in FROM..TO {
             let mut column: Full = [0.0; ALL];
             for i in 0..ESTIMATED {
                 column[i] = self.rows[i][j];
@@ -101,8 +117,8 @@ impl Covariance {
         }
     }
 
-    /// Second half of the prediction: Φ on every row, and the process noise.
-    pub fn predict_rows(&mut self, transition: &Transition, noise: &ProcessNoise) {
+    /// Φ on every row, and the process noise.
+    fn predict_rows(&mut self, transition: &Transition, noise: &ProcessNoise) {
         for i in 0..ESTIMATED {
             let predicted = transition.apply(&self.rows[i]);
             self.rows[i][..ESTIMATED].copy_from_slice(&predicted);
@@ -345,8 +361,8 @@ pub(super) mod tests {
                 expected[(6 + k, 6 + k)] += NOISE.attitude;
             }
             expected[(15, 15)] += NOISE.log_density;
-            p.predict_columns(&t);
-            p.predict_rows(&t, &NOISE);
+            p.begin_prediction(&t);
+            p.end_prediction(&t, &NOISE);
             let found = dense(&p);
             for i in 0..ALL {
                 for j in 0..ALL {
@@ -361,8 +377,8 @@ pub(super) mod tests {
     fn a_sound_covariance_is_left_alone() {
         let (t, mut p) = (transition(), started());
         for _ in 0..3000 {
-            p.predict_columns(&t);
-            p.predict_rows(&t, &NOISE);
+            p.begin_prediction(&t);
+            p.end_prediction(&t, &NOISE);
             p.begin_check();
             assert!(!p.check());
         }

@@ -195,8 +195,8 @@ mod tests {
     fn correlated() -> Box<Covariance> {
         let (t, mut p) = (transition(), started());
         for _ in 0..200 {
-            p.predict_columns(&t);
-            p.predict_rows(&t, &ProcessNoise { velocity: 2e-8, attitude: 4e-11, log_density: 1e-5 });
+            p.begin_prediction(&t);
+            p.end_prediction(&t, &ProcessNoise { velocity: 2e-8, attitude: 4e-11, log_density: 1e-5 });
         }
         p
     }

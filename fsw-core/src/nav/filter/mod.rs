@@ -6,8 +6,8 @@
 //!
 //! | frame of the window | work on the epoch that ended the window before |
 //! |---|---|
-//! | 1 | prediction, Φ on columns |
-//! | 2 | prediction, Φ on rows, process noise; first half of the Schur complement of the check |
+//! | 1 | prediction, Φ on most columns |
+//! | 2 | the rest of them, Φ on rows, process noise; first half of the Schur complement of the check |
 //! | 3 | its second half; positive definiteness checked |
 //! | 4, 5 | scalar updates, [`UPDATES_PER_FRAME`] at most in each |
 //!
@@ -223,11 +223,11 @@ impl Filter {
         let Some((transition, noise)) = &self.epoch else { return };
         match self.frame {
             0 => {
-                self.covariance.predict_columns(transition);
+                self.covariance.begin_prediction(transition);
                 probe.kernel_done(Kernel::FilterPredict, 1);
             }
             1 => {
-                self.covariance.predict_rows(transition, noise);
+                self.covariance.end_prediction(transition, noise);
                 probe.kernel_done(Kernel::FilterPredict, 1);
                 self.covariance.begin_check();
             }
