@@ -41,7 +41,7 @@ pub enum Kernel {
     FilterPredict = 2,
     /// Check of the covariance, or scalar updates (scalar updates, at least 1).
     FilterUpdate = 3,
-    /// Predictor (Runge–Kutta steps of four evaluations of the equations of motion).
+    /// Predictor (evaluations of the equations of motion; four in a Runge–Kutta step).
     Predictor = 4,
     /// Rest of guidance: corrector, lateral logic, alignment (frames).
     Corrector = 5,
@@ -69,7 +69,7 @@ impl Kernel {
             Self::Strapdown => "strapdown",
             Self::FilterPredict => "filter predict",
             Self::FilterUpdate => "filter update",
-            Self::Predictor => "predictor step",
+            Self::Predictor => "predictor",
             Self::Corrector => "corrector",
             Self::Encode => "packet encode",
         }

@@ -14,7 +14,8 @@ pub const CONSTRAINTS: usize = 3;
 #[must_use]
 pub fn loads(model: &OnboardModel, drag_ratio: f64, flow: &Flow<f64>) -> [f64; CONSTRAINTS] {
     let pressure = dynamic_pressure_pa(flow.density_kgpm3, flow.speed_mps);
-    let load = pressure * model.area_per_mass_m2pkg() * sensed_load_mps2(flow.drag_coefficient, flow.lift_coefficient);
+    let coefficient = sensed_load_mps2(flow.drag_coefficient, flow.lift_coefficient);
+    let load = 2.0 * pressure * model.constants().half_area_per_mass_m2pkg * coefficient;
     let heat = heat_flux_wpm2(flow.density_kgpm3 * drag_ratio, flow.speed_mps, model.vehicle.nose_radius_m);
     [load, heat, pressure * drag_ratio]
 }
@@ -39,7 +40,12 @@ impl Peaks {
     pub fn push(&mut self, loads: [f64; CONSTRAINTS]) {
         let samples = self.highest.iter_mut().zip(&mut self.last).zip(&mut self.before).zip(&loads);
         for (((highest, last), before), new) in samples {
-            *highest = max(max(*highest, *new), vertex(*before, *last, *new));
+            // Rising: the new sample may be the highest. Falling after a rise: the top lies around the last one.
+            if *new > *last {
+                *highest = max(*highest, *new);
+            } else if *last > *before {
+                *highest = max(*highest, top(*before, *last, *new));
+            }
             *before = *last;
             *last = *new;
         }
@@ -65,14 +71,10 @@ impl Peaks {
     }
 }
 
-/// Top of the parabola through three equidistant samples when the middle one is the highest, else the middle one.
-fn vertex(before: f64, middle: f64, after: f64) -> f64 {
-    if middle > before && middle >= after {
-        let half_difference = 0.5 * (after - before);
-        middle + 0.5 * half_difference * half_difference / (2.0 * middle - before - after)
-    } else {
-        middle
-    }
+/// Top of the parabola through three equidistant samples of which the middle one is the highest.
+fn top(before: f64, middle: f64, after: f64) -> f64 {
+    let half_difference = 0.5 * (after - before);
+    middle + 0.5 * half_difference * half_difference / (2.0 * middle - before - after)
 }
 
 #[cfg(test)]

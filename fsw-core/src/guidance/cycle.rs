@@ -97,7 +97,9 @@ pub struct Cycle {
     frames_left: u32,
     range_to_go_m: f64,
     corrector: Corrector,
-    flying: Option<(f64, Prediction)>,
+    flying: Option<Prediction>,
+    /// Cosine of the bank of the prediction under way.
+    cos_bank: f64,
     flown: heapless::Vec<Flown, MAX_PREDICTIONS>,
     evaluations: u16,
     /// Steps of the prediction under way, and of the longest so far.
@@ -124,6 +126,7 @@ impl Cycle {
             range_to_go_m: f64::NAN,
             corrector: Corrector::new(&search),
             flying: None,
+            cos_bank: 0.0,
             flown: heapless::Vec::new(),
             evaluations: 0,
             steps: 0,
@@ -140,12 +143,23 @@ impl Cycle {
             left = left.saturating_sub(PROPAGATION_COST);
         }
         probe.kernel_done(Kernel::Corrector, 0);
-        let mut made = 0;
-        while made < left && !self.finished {
-            self.predict(context);
-            made += 1;
+        let mut marked = self.evaluations;
+        for _ in 0..left {
+            if self.finished {
+                break;
+            }
+            let Some(end) = self.predict(context, probe) else { continue };
+            self.mark_predictor(&mut marked, probe);
+            self.land(&end, context);
+            probe.kernel_done(Kernel::Corrector, 0);
         }
-        probe.kernel_done(Kernel::Predictor, made);
+        self.mark_predictor(&mut marked, probe);
+    }
+
+    /// Charges the predictor with the evaluations made since the last mark.
+    fn mark_predictor(&self, marked: &mut u16, probe: &mut impl Probe) {
+        probe.kernel_done(Kernel::Predictor, u32::from(self.evaluations.saturating_sub(*marked)));
+        *marked = self.evaluations;
     }
 
     /// The quota that finishes the cycle just in time if every prediction allowed is made and takes as long as the longest
@@ -194,46 +208,48 @@ impl Cycle {
         self.range_to_go_m = range_to_go_m(&self.start.state, context);
     }
 
-    /// One step of the prediction under way, or of the next one; finishes the cycle when none is left to make.
-    fn predict(&mut self, context: &CycleContext<'_>) {
+    /// One step of the prediction under way, or of the next one, which ends it or not; finishes the cycle when none is left
+    /// to make.
+    #[inline]
+    fn predict(&mut self, context: &CycleContext<'_>, probe: &mut impl Probe) -> Option<PathEnd> {
         if self.flying.is_none() {
-            self.flying = self.take_off(context);
+            self.take_off(context, probe);
         }
         let model = self.model(context);
-        let Some((cos_bank, prediction)) = &mut self.flying else {
+        let Some(prediction) = &mut self.flying else {
             self.finished = true;
-            return;
+            return None;
         };
         if self.evaluations.saturating_add(EVALUATIONS_PER_STEP) > MAX_EVALUATIONS {
             self.finished = true;
-            return;
+            return None;
         }
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
-        let end = prediction.step(&model, clamp(context.guidance.predictor_step_s, shortest, longest), &context.stop);
-        let cos_bank = *cos_bank;
+        let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
         self.evaluations += EVALUATIONS_PER_STEP;
         self.steps += 1;
         self.longest = self.longest.max(self.steps);
-        if let Some(end) = end {
-            self.land(cos_bank, &end, context);
-        }
+        prediction.step(&model, step_s, &context.stop)
     }
 
     /// Starts the next prediction, if there is one to make and evaluations to make it with.
-    fn take_off(&mut self, context: &CycleContext<'_>) -> Option<(f64, Prediction)> {
+    fn take_off(&mut self, context: &CycleContext<'_>, probe: &mut impl Probe) {
         if self.evaluations.saturating_add(EVALUATIONS_TO_START) > MAX_EVALUATIONS || self.flown.is_full() {
-            return None;
+            return;
         }
-        let cos_bank = self.corrector.next().or_else(|| self.relief_to_try(context))?;
+        let Some(cos_bank) = self.corrector.next().or_else(|| self.relief_to_try(context)) else { return };
+        probe.kernel_done(Kernel::Corrector, 0);
         let sin_bank = self.start.side * sqrt(clamp(1.0 - cos_bank * cos_bank, 0.0, 1.0));
         self.evaluations += EVALUATIONS_TO_START;
-        Some((cos_bank, Prediction::start(&self.model(context), &self.start.state, cos_bank, sin_bank)))
+        self.cos_bank = cos_bank;
+        self.flying = Some(Prediction::start(&self.model(context), &self.start.state, cos_bank, sin_bank));
     }
 
     /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.
     ///
     /// The downrange error is the range flown minus the range to go, both at the reference radius (P4 eq. 2 and 3).
-    fn land(&mut self, cos_bank: f64, end: &PathEnd, context: &CycleContext<'_>) {
+    fn land(&mut self, end: &PathEnd, context: &CycleContext<'_>) {
+        let cos_bank = self.cos_bank;
         self.flying = None;
         self.steps = 0;
         let error_m = end.track_rad * context.model.planet.radius_m - self.range_to_go_m;

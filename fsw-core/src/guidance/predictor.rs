@@ -12,9 +12,8 @@
 
 use crate::math::fun::sqrt;
 use crate::math::num::{clamp, max, min};
-use crate::math::rk4_from;
 use crate::model::OnboardModel;
-use crate::model::entry::{Flow, Scaled, cartesian_rates, cartesian_rates_and_flow};
+use crate::model::entry::{Flow, Scaled, cartesian_rates_and_flow};
 
 use super::constraints::{self, Peaks};
 
@@ -24,6 +23,9 @@ pub const EVALUATIONS_PER_STEP: u16 = 4;
 pub const EVALUATIONS_TO_START: u16 = 1;
 /// Newton steps to find the stop inside a step; the cubic is nearly straight, three are enough.
 const STOP_ITERATIONS: u32 = 5;
+
+/// Axes of space.
+const AXES: usize = 3;
 
 /// Position (m) and planet-relative velocity (m/s), planet-fixed axes.
 pub type State = [f64; 6];
@@ -57,40 +59,32 @@ pub struct PathEnd {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     state: State,
-    rates: State,
+    acceleration: [f64; AXES],
     radius_m: f64,
     speed_mps: f64,
-    r_dot_v: f64,
     /// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
     track: (f64, f64),
 }
 
 impl Node {
     const NONE: Self =
-        Self { state: [0.0; 6], rates: [0.0; 6], radius_m: 0.0, speed_mps: 0.0, r_dot_v: 0.0, track: (0.0, 0.0) };
+        Self { state: [0.0; 6], acceleration: [0.0; AXES], radius_m: 0.0, speed_mps: 0.0, track: (0.0, 0.0) };
 
-    /// Fills in what follows from the state, and the loads there. One evaluation of the equations of motion.
+    /// Goes to a state and fills in what follows from it; the loads there. One evaluation of the equations of motion.
     #[inline(always)]
-    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
-        let (rates, flow) = cartesian_rates_and_flow(model, &self.state, bank.cosine, bank.sine);
-        self.track = track_rate(&self.state, &rates, &flow);
-        self.rates = rates;
+    fn go_to(&mut self, state: &State, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
+        let (rates, flow) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
+        let [_, _, _, ax, ay, az] = rates;
+        self.state = *state;
+        self.acceleration = [ax, ay, az];
+        self.track = track_rate(state, &self.acceleration, &flow);
         self.radius_m = flow.radius_m;
         self.speed_mps = flow.speed_mps;
-        self.r_dot_v = flow.r_dot_v;
         constraints::loads(model.environment, model.drag_ratio, &flow)
     }
 
     fn is_past(&self, stop: &Stop) -> bool {
         self.speed_mps <= stop.speed_mps || self.radius_m <= stop.radius_m
-    }
-
-    fn speed_rate(&self) -> f64 {
-        speed_times_rate(&self.state, &self.rates) / self.speed_mps
-    }
-
-    fn radius_rate(&self) -> f64 {
-        self.r_dot_v / self.radius_m
     }
 }
 
@@ -104,9 +98,7 @@ struct Bank {
 /// A prediction under way. Fixed size, resumed by [`Prediction::step`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// The last node and the one before, which change places in each step: copying them would cost as much as a third of it.
-    nodes: (Node, Node),
-    last_is_first: bool,
+    node: Node,
     bank: Bank,
     elapsed_s: f64,
     track_rad: f64,
@@ -116,40 +108,33 @@ pub struct Prediction {
 impl Prediction {
     /// Starts at `state` with a constant bank. One evaluation.
     #[must_use]
+    #[inline(always)] // into its place: it is large
     pub fn start(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
         let bank = Bank { cosine: cos_bank, sine: sin_bank };
-        let mut node = Node { state: *state, ..Node::NONE };
-        let loads = node.evaluate(model, &bank);
-        Self {
-            nodes: (node, Node::NONE),
-            last_is_first: true,
-            bank,
-            elapsed_s: 0.0,
-            track_rad: 0.0,
-            peaks: Peaks::starting(loads),
-        }
+        let mut node = Node::NONE;
+        let loads = node.go_to(state, model, &bank);
+        Self { node, bank, elapsed_s: 0.0, track_rad: 0.0, peaks: Peaks::starting(loads) }
     }
 
     /// Flies one step of `step_s`, four evaluations; the end of the path once it has been reached.
     ///
     /// The path ends at the stop speed or the stop radius, whichever comes first, else at the horizon, or where the state
     /// ceases to be finite.
+    // Kept whole: inlined into the frame it would share its sixteen registers with everything around.
+    #[inline(never)]
     #[must_use]
     pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
-        let Self { nodes: (first, second), bank, .. } = self;
-        let (before, after) = if self.last_is_first { (first, second) } else { (second, first) };
-        if before.is_past(stop) {
+        if self.node.is_past(stop) {
             return Some(self.end());
         }
-        after.state = rk4_from(&before.state, &before.rates, step_s, |_, state| {
-            cartesian_rates(model, state, bank.cosine, bank.sine)
-        });
-        let loads = after.evaluate(model, bank);
-        let past = after.is_past(stop);
-        let share = if past { share_before_stop(before, after, step_s, stop) } else { 1.0 };
+        let bank = self.bank;
+        let (state, acceleration, track) = (self.node.state, self.node.acceleration, self.node.track);
+        let loads = self.node.go_to(&stepped(model, &state, &acceleration, step_s, &bank), model, &bank);
+        let past = self.node.is_past(stop);
+        let after = (&self.node.state, &self.node.acceleration);
+        let share = if past { share_before_stop([(&state, &acceleration), after], step_s, stop) } else { 1.0 };
         self.elapsed_s += share * step_s;
-        self.track_rad += track_over([before.track, after.track], step_s, share);
-        self.last_is_first = !self.last_is_first;
+        self.track_rad += track_over([track, self.node.track], step_s, share);
         if past {
             return Some(self.end());
         }
@@ -159,41 +144,77 @@ impl Prediction {
         if goes_on { None } else { Some(self.end()) }
     }
 
-    #[cfg(test)]
-    fn last(&self) -> &Node {
-        if self.last_is_first { &self.nodes.0 } else { &self.nodes.1 }
-    }
-
     fn end(&self) -> PathEnd {
         PathEnd { track_rad: self.track_rad, duration_s: self.elapsed_s, peaks: self.peaks }
     }
 }
 
-/// Share of the step between two nodes that lies before the stop.
-fn share_before_stop(before: &Node, after: &Node, step_s: f64, stop: &Stop) -> f64 {
-    let speeds = [before, after].map(|node| (node.speed_mps, node.speed_rate()));
-    let radii = [before, after].map(|node| (node.radius_m, node.radius_rate()));
-    min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
+/// One classical Runge–Kutta step, written for x'' = a(x, x'): with h the step and a₁ … a₄ the accelerations at its four
+/// stages, x⁺ = x + h v + h²/6 (a₁ + a₂ + a₃), v⁺ = v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄). The same as [`rk4`](crate::math::rk4)
+/// on all six but for rounding, with half the numbers to carry.
+#[inline(always)]
+#[allow(clippy::indexing_slicing)] // constant indices into the six numbers of a state, the three of its axes
+fn stepped(model: &Flown<'_>, s: &State, a1: &[f64; AXES], step_s: f64, bank: &Bank) -> State {
+    let (half_s, half_square) = (0.5 * step_s, 0.5 * step_s * step_s);
+    let mut stage = *s;
+    for k in 0..AXES {
+        stage[k] = s[k] + half_s * s[AXES + k];
+        stage[AXES + k] = s[AXES + k] + half_s * a1[k];
+    }
+    let a2 = acceleration(model, &stage, bank);
+    for k in 0..AXES {
+        stage[k] += 0.5 * half_square * a1[k];
+        stage[AXES + k] = s[AXES + k] + half_s * a2[k];
+    }
+    let a3 = acceleration(model, &stage, bank);
+    let mut straight = [0.0; AXES];
+    for k in 0..AXES {
+        straight[k] = s[k] + step_s * s[AXES + k];
+        stage[k] = straight[k] + half_square * a2[k];
+        stage[AXES + k] = s[AXES + k] + step_s * a3[k];
+    }
+    let a4 = acceleration(model, &stage, bank);
+    let (sixth_s, sixth_square) = (step_s * (1.0 / 6.0), step_s * step_s * (1.0 / 6.0));
+    for k in 0..AXES {
+        let middle = a2[k] + a3[k];
+        stage[k] = straight[k] + sixth_square * (a1[k] + middle);
+        stage[AXES + k] = s[AXES + k] + sixth_s * (a1[k] + (middle + middle) + a4[k]);
+    }
+    stage
 }
 
-/// Speed times its rate, v · v', m²/s³.
-fn speed_times_rate(&[_, _, _, vx, vy, vz]: &State, &[_, _, _, ax, ay, az]: &State) -> f64 {
-    vx * ax + vy * ay + vz * az
+/// Acceleration at a state, planet-fixed axes, m/s².
+#[inline(never)]
+fn acceleration(model: &Flown<'_>, state: &State, bank: &Bank) -> [f64; AXES] {
+    let ([_, _, _, ax, ay, az], _) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
+    [ax, ay, az]
+}
+
+/// Share of a step that lies before the stop, from state and acceleration at both its ends.
+#[inline(never)] // once in a prediction
+fn share_before_stop(ends: [(&State, &[f64; AXES]); 2], step_s: f64, stop: &Stop) -> f64 {
+    let speeds = ends.map(|([_, _, _, vx, vy, vz], [ax, ay, az])| {
+        let speed = sqrt(vx * vx + vy * vy + vz * vz);
+        (speed, (vx * ax + vy * ay + vz * az) / speed)
+    });
+    let radii = ends.map(|([x, y, z, vx, vy, vz], _)| {
+        let radius = sqrt(x * x + y * y + z * z);
+        (radius, (x * vx + y * vy + z * vz) / radius)
+    });
+    min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
 }
 
 /// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
 ///
 /// With c = r·v/r the climb and l = √(V² − c²) the level speed: c' = (l² + r·a)/r, l' = (v·a − c c')/l.
 #[inline]
-fn track_rate(state: &State, rates: &State, flow: &Flow<f64>) -> (f64, f64) {
-    let [x, y, z, ..] = *state;
-    let [_, _, _, ax, ay, az] = *rates;
+fn track_rate(&[x, y, z, vx, vy, vz]: &State, &[ax, ay, az]: &[f64; AXES], flow: &Flow<f64>) -> (f64, f64) {
     let per_radius = 1.0 / flow.radius_m;
     let climb = flow.r_dot_v * per_radius;
     let level_square = max(flow.speed_mps * flow.speed_mps - climb * climb, 0.0);
     let level = sqrt(level_square);
     let climb_rate = (level_square + x * ax + y * ay + z * az) * per_radius;
-    let level_rate = if level > 0.0 { (speed_times_rate(state, rates) - climb * climb_rate) / level } else { 0.0 };
+    let level_rate = if level > 0.0 { (vx * ax + vy * ay + vz * az - climb * climb_rate) / level } else { 0.0 };
     let rate = level * per_radius;
     (rate, (level_rate - rate * climb) * per_radius)
 }
@@ -273,7 +294,7 @@ mod tests {
         for _ in 0..20 {
             let middle = 0.5 * (low + high);
             let (prediction, ..) = fly(middle, 0.1, &STOP);
-            let [x, y, z, ..] = prediction.last().state;
+            let [x, y, z, ..] = prediction.node.state;
             let [x0, y0, z0, ..] = entry();
             let arc = crate::frames::great_circle_rad(
                 &crate::frames::Vec3::<crate::frames::PlanetFixed>::new(x0, y0, z0),
@@ -283,7 +304,7 @@ mod tests {
         }
         let (prediction, end, _) = fly(low, 0.1, &STOP);
         assert!((low - 42.0).abs() < 1.0, "bank {low}");
-        let altitude_m = prediction.last().radius_m - 3_397_200.0;
+        let altitude_m = prediction.node.radius_m - 3_397_200.0;
         assert!((altitude_m - 8.0e3).abs() < 250.0, "altitude {altitude_m}");
         assert!((end.peaks.highest()[0] / 9.806_65 - 8.6).abs() < 0.2, "load {}", end.peaks.highest()[0] / 9.806_65);
     }

@@ -16,6 +16,6 @@ pub mod sqrt_tools;
 mod table;
 
 pub use dual::Dual;
-pub use runge_kutta::{rk4, rk4_from};
+pub use runge_kutta::rk4;
 pub use scalar::Scalar;
 pub use table::{Table, TableError, TableRow};

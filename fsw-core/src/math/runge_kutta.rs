@@ -12,24 +12,14 @@ where
     S: Scalar,
     F: FnMut(f64, &[S; N]) -> [S; N],
 {
-    let k1 = rates(0.0, state);
-    rk4_from(state, &k1, step_s, rates)
-}
-
-/// As [`rk4`] where the derivative `k1` at the start of the step is known already: three evaluations.
-#[inline]
-pub fn rk4_from<S, const N: usize, F>(state: &[S; N], k1: &[S; N], step_s: f64, mut rates: F) -> [S; N]
-where
-    S: Scalar,
-    F: FnMut(f64, &[S; N]) -> [S; N],
-{
     let half_s = 0.5 * step_s;
-    let k2 = rates(half_s, &moved(state, k1, half_s));
+    let k1 = rates(0.0, state);
+    let k2 = rates(half_s, &moved(state, &k1, half_s));
     let k3 = rates(half_s, &moved(state, &k2, half_s));
     let k4 = rates(step_s, &moved(state, &k3, step_s));
     let sixth_s = step_s * (1.0 / 6.0);
     let mut next = *state;
-    for ((((x, a), b), c), d) in next.iter_mut().zip(k1).zip(&k2).zip(&k3).zip(&k4) {
+    for ((((x, a), b), c), d) in next.iter_mut().zip(&k1).zip(&k2).zip(&k3).zip(&k4) {
         let middle = *b + *c;
         *x = *x + (*a + (middle + middle) + *d) * sixth_s;
     }

@@ -10,12 +10,44 @@ use crate::planet::Planet;
 pub trait Environment<S: Scalar> {
     /// The planet.
     fn planet(&self) -> &Planet;
+    /// Constants of planet and vehicle.
+    fn constants(&self) -> &Constants;
     /// Density at an altitude over the reference sphere, kg/m³.
     fn density_kgpm3(&self, altitude_m: S) -> S;
     /// Drag and lift coefficients at an altitude and a planet-relative speed (the onboard model knows no wind).
     fn drag_and_lift_coefficients(&self, altitude_m: S, speed_mps: S) -> (S, S);
-    /// Reference area over mass, m²/kg.
-    fn area_per_mass_m2pkg(&self) -> f64;
+}
+
+/// What of planet and vehicle enters the equations of motion, multiplied once and not in every evaluation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Constants {
+    /// Reference radius, m.
+    pub radius_m: f64,
+    /// Gravitational parameter, m³/s².
+    pub mu_m3ps2: f64,
+    /// 3/2 J2 R², m².
+    pub oblateness_m2: f64,
+    /// Twice the rotation rate, rad/s.
+    pub twice_rotation_radps: f64,
+    /// Square of the rotation rate, rad²/s².
+    pub rotation_square: f64,
+    /// Half the reference area over mass, m²/kg.
+    pub half_area_per_mass_m2pkg: f64,
+}
+
+impl Constants {
+    /// Of a planet and a vehicle of this reference area over mass, m²/kg.
+    #[must_use]
+    pub const fn new(planet: &Planet, area_per_mass_m2pkg: f64) -> Self {
+        Self {
+            radius_m: planet.radius_m,
+            mu_m3ps2: planet.mu_m3ps2,
+            oblateness_m2: 1.5 * planet.j2 * planet.radius_m * planet.radius_m,
+            twice_rotation_radps: 2.0 * planet.rotation_radps,
+            rotation_square: planet.rotation_radps * planet.rotation_radps,
+            half_area_per_mass_m2pkg: 0.5 * area_per_mass_m2pkg,
+        }
+    }
 }
 
 /// An environment with its drag and lift scaled: what adaptation learned, or one hypothesis of a filter bank.
@@ -44,13 +76,14 @@ impl<S: Scalar, E: Environment<S>> Environment<S> for Scaled<'_, E, S> {
         (drag * self.drag_ratio, lift * self.lift_ratio)
     }
     #[inline(always)]
-    fn area_per_mass_m2pkg(&self) -> f64 {
-        self.environment.area_per_mass_m2pkg()
+    fn constants(&self) -> &Constants {
+        self.environment.constants()
     }
 }
 
-/// Square of the sine of the angle between position and velocity below which lift has no defined direction and is taken as zero.
-const VERTICAL_SINE_SQUARE: f64 = 1e-20;
+/// Added to |v × r|², which reaches 4e20 m⁴/s²: lift fades to zero where it has no direction, in vertical flight, instead of
+/// being divided by zero. Far below the last bit of any other flight.
+const VERTICAL_M4PS2: f64 = 1e-3;
 
 /// Time derivative of the Cartesian state: position (m) and planet-relative velocity (m/s), both in planet-fixed axes.
 ///
@@ -95,36 +128,31 @@ pub fn cartesian_rates_and_flow<S: Scalar, E: Environment<S>>(
     sin_bank: S,
 ) -> ([S; 6], Flow<S>) {
     let [x, y, z, vx, vy, vz] = *state;
-    let planet = env.planet();
+    let constants = env.constants();
 
     let r2 = x * x + y * y + z * z;
     let inverse_square = r2.recip();
     let radius = r2.sqrt();
-    let [gx, gy, gz] = gravity::acceleration_from(planet, &[x, y, z], inverse_square, radius * inverse_square);
+    let [gx, gy, gz] = gravity::acceleration_from(constants, &[x, y, z], inverse_square, radius * inverse_square);
 
     let v2 = vx * vx + vy * vy + vz * vz;
     let speed = v2.sqrt();
-    let altitude = radius - planet.radius_m;
+    let altitude = radius - constants.radius_m;
     let (drag_coefficient, lift_coefficient) = env.drag_and_lift_coefficients(altitude, speed);
     // ρ S V / 2m: times C_D v it is the drag.
     let density = env.density_kgpm3(altitude);
-    let pressure = density * speed * (0.5 * env.area_per_mass_m2pkg());
+    let pressure = density * speed * constants.half_area_per_mass_m2pkg;
 
     let (hx, hy, hz) = (vy * z - vz * y, vz * x - vx * z, vx * y - vy * x);
     let h2 = hx * hx + hy * hy + hz * hz;
-    let lift = if h2.value() > VERTICAL_SINE_SQUARE * r2.value() * v2.value() {
-        pressure * lift_coefficient / h2.sqrt()
-    } else {
-        S::from_f64(0.0)
-    };
+    let lift = pressure * lift_coefficient / (h2 + VERTICAL_M4PS2).sqrt();
     let up = lift * cos_bank;
     let right = lift * sin_bank * speed;
     let along_r = up * v2;
     let r_dot_v = x * vx + y * vy + z * vz;
     let along_v = up * r_dot_v + pressure * drag_coefficient;
 
-    let omega = planet.rotation_radps;
-    let (twice, square) = (2.0 * omega, omega * omega);
+    let (twice, square) = (constants.twice_rotation_radps, constants.rotation_square);
     let rates = [
         vx,
         vy,
@@ -160,7 +188,7 @@ pub fn spherical_rates<S: Scalar, E: Environment<S>>(env: &E, state: &[S; 6], co
 
     let altitude = r - planet.radius_m;
     let (drag_coefficient, lift_coefficient) = env.drag_and_lift_coefficients(altitude, v);
-    let pressure = env.density_kgpm3(altitude) * v * v * (0.5 * env.area_per_mass_m2pkg());
+    let pressure = env.density_kgpm3(altitude) * v * v * env.constants().half_area_per_mass_m2pkg;
     let (d, l) = (pressure * drag_coefficient, pressure * lift_coefficient);
 
     let g = (r * r).recip() * planet.mu_m3ps2;

@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use super::entry::Constants;
 use crate::math::Scalar;
 use crate::math::fun::sqrt;
 use crate::planet::Planet;
@@ -14,16 +15,16 @@ use crate::planet::Planet;
 pub fn acceleration<S: Scalar>(planet: &Planet, r: &[S; 3]) -> [S; 3] {
     let [x, y, z] = *r;
     let inverse_square = (x * x + y * y + z * z).recip();
-    acceleration_from(planet, r, inverse_square, inverse_square.sqrt())
+    acceleration_from(&Constants::new(planet, 0.0), r, inverse_square, inverse_square.sqrt())
 }
 
 /// [`acceleration`] for a caller that already has 1/r² and 1/r.
 #[inline(always)]
-pub(super) fn acceleration_from<S: Scalar>(planet: &Planet, r: &[S; 3], inverse_square: S, inverse: S) -> [S; 3] {
+pub(super) fn acceleration_from<S: Scalar>(constants: &Constants, r: &[S; 3], inverse_square: S, inverse: S) -> [S; 3] {
     let [x, y, z] = *r;
     // g = μ/r³, q = 3/2 J2 (R/r)², s = 5 sin²φ.
-    let g = inverse_square * inverse * planet.mu_m3ps2;
-    let q = inverse_square * (1.5 * planet.j2 * planet.radius_m * planet.radius_m);
+    let g = inverse_square * inverse * constants.mu_m3ps2;
+    let q = inverse_square * constants.oblateness_m2;
     let qs = q * (z * z * inverse_square * 5.0);
     let equatorial = g * (q - qs + 1.0);
     let polar = equatorial + g * q * 2.0;

@@ -22,7 +22,7 @@ use crate::planet::Planet;
 
 use aero::Aerodynamics;
 use atmosphere::Atmosphere;
-use entry::Environment;
+use entry::{Constants, Environment};
 
 /// Why parameters do not make a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,8 +81,7 @@ pub struct OnboardModel {
     pub atmosphere: Atmosphere,
     /// Drag and lift coefficients.
     pub aero: Aerodynamics,
-    /// Reference area over mass, divided once and not in every evaluation of the equations of motion.
-    area_per_mass_m2pkg: f64,
+    constants: Constants,
 }
 
 impl OnboardModel {
@@ -117,7 +116,7 @@ impl OnboardModel {
             },
             atmosphere: Atmosphere::vacuum(),
             aero: Aerodynamics::none(),
-            area_per_mass_m2pkg: 0.0,
+            constants: Constants::new(&Planet { radius_m: 0.0, mu_m3ps2: 0.0, rotation_radps: 0.0, j2: 0.0 }, 0.0),
         }
     }
 
@@ -143,15 +142,15 @@ impl OnboardModel {
         finite("trim angle of attack (rad)", vehicle.trim_angle_of_attack_rad)?;
         self.planet = planet;
         self.vehicle = *vehicle;
-        self.area_per_mass_m2pkg = area_m2 / mass_kg;
+        self.constants = Constants::new(&planet, area_m2 / mass_kg);
         self.atmosphere.set(atmosphere, atmosphere_rows)?;
         self.aero.set(vehicle, aero_rows)
     }
 
-    /// Reference area over mass, m²/kg.
+    /// Constants of the equations of motion.
     #[must_use]
-    pub const fn area_per_mass_m2pkg(&self) -> f64 {
-        self.area_per_mass_m2pkg
+    pub const fn constants(&self) -> &Constants {
+        &self.constants
     }
 
     /// Mach number of an air-relative speed at an altitude.
@@ -182,8 +181,8 @@ impl<S: Scalar> Environment<S> for OnboardModel {
     }
 
     #[inline(always)]
-    fn area_per_mass_m2pkg(&self) -> f64 {
-        self.area_per_mass_m2pkg
+    fn constants(&self) -> &Constants {
+        &self.constants
     }
 }
 

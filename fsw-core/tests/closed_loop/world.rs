@@ -5,7 +5,7 @@ use fsw_core::control::BankDemand;
 use fsw_core::frames::{PlanetRelative, Vec3, great_circle_rad, surface_point};
 use fsw_core::math::rk4;
 use fsw_core::model::OnboardModel;
-use fsw_core::model::entry::{Environment, cartesian_rates};
+use fsw_core::model::entry::{Constants, Environment, cartesian_rates};
 use fsw_core::nav::Estimate;
 use fsw_core::planet::Planet;
 use fsw_core::time::MissionTime;
@@ -105,10 +105,12 @@ impl Environment<f64> for Air<'_> {
     }
     fn drag_and_lift_coefficients(&self, altitude_m: f64, speed_mps: f64) -> (f64, f64) {
         let (drag, lift) = self.model.drag_and_lift_coefficients(altitude_m, speed_mps);
-        (drag * (1.0 + self.with.drag), lift * (1.0 + self.with.lift))
+        // A heavier vehicle is one with smaller coefficients.
+        let per_mass = 1.0 / (1.0 + self.with.mass);
+        (drag * (1.0 + self.with.drag) * per_mass, lift * (1.0 + self.with.lift) * per_mass)
     }
-    fn area_per_mass_m2pkg(&self) -> f64 {
-        Environment::<f64>::area_per_mass_m2pkg(self.model) / (1.0 + self.with.mass)
+    fn constants(&self) -> &Constants {
+        self.model.constants()
     }
 }
 
@@ -175,7 +177,7 @@ impl Vehicle {
     pub fn load(&self, air: &Air<'_>) -> f64 {
         let (h, v) = (self.altitude(&air.model.planet), self.speed());
         let (drag, lift) = air.drag_and_lift_coefficients(h, v);
-        0.5 * air.density_kgpm3(h) * v * v * air.area_per_mass_m2pkg() * (drag * drag + lift * lift).sqrt()
+        air.density_kgpm3(h) * v * v * air.constants().half_area_per_mass_m2pkg * (drag * drag + lift * lift).sqrt()
     }
 
     /// Great-circle distance to a point at the reference radius, m.
