@@ -68,7 +68,7 @@ fn cost_line(line: &SlotCost, scale: u32) -> Markup {
     let share = |of: u32| 100.0 * f64::from(line.max) / f64::from(of.max(1));
     let over = line.budget.is_some_and(|budget| line.max > budget);
     html! {
-        tr.(if over { "warning" } else { "activity" }) {
+        tr.(if over { "warning" } else { "within" }) {
             th.text { (line.name) }
             td { (number(f64::from(line.max), 0)) }
             @if let Some(budget) = line.budget {

@@ -55,16 +55,17 @@ pub fn html(record: &FlightRecord) -> Result<String, PlotError> {
 /// Sections of figures in the order of the page.
 fn contents(story: &Story<'_>) -> Vec<(&'static str, &'static str, Vec<Figure>)> {
     let lateral = figures::guidance::figures(story);
+    let mut computer = vec![figures::innovations::figure(story), figures::loads::figure(story)];
+    // A flight computer elsewhere tells its worst frames only: they are in a table.
+    if !story.record.frame_cost_us.is_empty() || story.record.summary.cost.is_none() {
+        computer.push(figures::cost::figure(story));
+    }
     vec![
         ("flight", "Flight", vec![figures::timeline::figure(story), figures::descent::figure(story)]),
         ("track", "Track and bank", vec![figures::track::figure(story), figures::bank::figure(story)]),
         ("guidance", "Guidance", lateral),
         ("navigation", "Navigation", figures::navigation::figures(story)),
-        (
-            "measurements",
-            "Measurements, loads and computer",
-            vec![figures::innovations::figure(story), figures::loads::figure(story), figures::cost::figure(story)],
-        ),
+        ("measurements", "Measurements, loads and computer", computer),
     ]
 }
 
@@ -78,6 +79,7 @@ fn header(record: &FlightRecord) -> Markup {
             p.run {
                 "seed " b { (record.seed) } " · run " b { (record.run) } " · "
                 @if record.nominal { "nominal, dispersions off" } @else { "dispersed" }
+                @if record.summary.computer.place.contains(':') { " · computer " b { (record.summary.computer.place) } }
                 " · navigation " b { (navigation_name(record)) }
                 " · " (number(f64::from(summary.frames), 0)) " frames in " (number(summary.wall_s, 2)) " s of wall time"
             }
@@ -192,11 +194,13 @@ fn cards(summary: &Summary) -> Markup {
 /// How to fly this flight again.
 fn refly(record: &FlightRecord) -> Markup {
     let nominal = if record.nominal { " --nominal" } else { "" };
+    let place = record.summary.computer.place.as_str();
+    let elsewhere = if place.contains(':') { format!(" --computer {place}") } else { String::new() };
     html! {
         section id="again" {
             h2 { "Fly it again" }
             p { "From this run folder; the scenario file beside this page holds every setting." }
-            pre { "aeroshell fly scenario.toml --seed " (record.seed) " --run " (record.run) (nominal) "\naeroshell replay ." }
+            pre { "aeroshell fly scenario.toml --seed " (record.seed) " --run " (record.run) (nominal) (elsewhere) "\naeroshell replay ." }
             p { "From the repository, " code { "cargo run --release --" } " stands for " code { "aeroshell" } "." }
             @if !record.summary.output_hash.is_empty() {
                 p.hash { "Output hash " code { (record.summary.output_hash) } }

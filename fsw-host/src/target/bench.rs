@@ -9,10 +9,11 @@ use std::path::PathBuf;
 use std::process::Stdio;
 use std::time::Duration;
 
-use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
+use fsw_core::link::framing::{DELIMITER, FrameBytes, MAX_FRAME, encode_frame};
 use fsw_core::link::packet::{Command, Frame, Injection, Uplink};
 use fsw_core::time::MissionTime;
 
+use super::remote::Acknowledges;
 use super::{Image, Qemu, Target, TargetError};
 use crate::linklog::{Direction, LinkLog};
 use crate::tap::{Heard, Tap};
@@ -28,11 +29,12 @@ pub fn uplink_of(log: &LinkLog) -> Vec<u8> {
     log.records().filter(|(direction, _)| *direction == Direction::Up).flat_map(|(_, bytes)| bytes).copied().collect()
 }
 
-/// Flies recorded uplinks on a target, one after the other in one boot, and returns everything it answered.
+/// Flies recorded uplinks on a target, one after the other in one boot, and returns what it answered to each: the bytes
+/// that a flight computer in this process would answer, apart from measured cost and identity of the build.
 ///
 /// # Errors
 /// No emulator; or the board did not do its job within `patience`, with the emulator's last words.
-pub fn run(target: Target, image: &Image, logs: &[Vec<u8>], patience: Duration) -> Result<Vec<u8>, TargetError> {
+pub fn run(target: Target, image: &Image, logs: &[Vec<u8>], patience: Duration) -> Result<Vec<Vec<u8>>, TargetError> {
     let failed = |reason: String| TargetError::Bench { target: target.title(), reason };
     let folder = Folder::new()?;
     let (job, answer) = (folder.0.join("job.bin"), folder.0.join("answer.bin"));
@@ -46,7 +48,29 @@ pub fn run(target: Target, image: &Image, logs: &[Vec<u8>], patience: Duration) 
     if !status.success() {
         return Err(failed(qemu.last_words(status)));
     }
-    fs::read(&answer).map_err(TargetError::system(format!("read {}", answer.display())))
+    let answer = fs::read(&answer).map_err(TargetError::system(format!("read {}", answer.display())))?;
+    answers_of(&answer, logs).ok_or_else(|| failed("its answer ends before the job does".into()))
+}
+
+/// The answers by log: each ends with the acknowledge of its log's last delimiter, and the one to the restart between
+/// two logs belongs to neither. None when there are too few.
+fn answers_of(answer: &[u8], logs: &[Vec<u8>]) -> Option<Vec<Vec<u8>>> {
+    let (mut acknowledges, mut bytes) = (Acknowledges::default(), answer.iter());
+    let mut next = |delimiters: usize| {
+        let (mut rest, mut owed) = (Vec::new(), delimiters);
+        while owed > 0 {
+            owed -= acknowledges.take_out(std::slice::from_ref(bytes.next()?), &mut rest);
+        }
+        Some(rest)
+    };
+    let mut answers = Vec::with_capacity(logs.len());
+    for (number, log) in logs.iter().enumerate() {
+        if number > 0 {
+            next(1)?;
+        }
+        answers.push(next(log.iter().filter(|byte| **byte == DELIMITER).count())?);
+    }
+    Some(answers)
 }
 
 /// The logs with a restart between each two, numbered on so that it is not taken for a repetition.
@@ -95,5 +119,49 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fsw_core::executive::FlightComputer;
+    use fsw_core::link::packet::Hello;
+    use fsw_core::link::receiver::Sender;
+
+    fn greetings(count: usize) -> Vec<u8> {
+        let (mut sender, mut room) = (Sender::new(), [0; MAX_FRAME]);
+        let mut greet = || sender.encode(MissionTime::ZERO, Uplink::Hello(Hello::ours(1)), &mut room).unwrap().to_vec();
+        (0..count).flat_map(|_| greet()).collect()
+    }
+
+    /// The board of the bench image, in this process.
+    fn board(job: &[u8]) -> Vec<u8> {
+        let (mut computer, mut answer) = (Box::new(FlightComputer::new(7)), Vec::new());
+        computer.allow_restart();
+        for frame in job.split_inclusive(|byte| *byte == DELIMITER) {
+            computer.receive(frame, |bytes| answer.extend_from_slice(bytes));
+            answer.push(DELIMITER);
+            computer.restart_if_asked();
+        }
+        answer
+    }
+
+    #[test]
+    fn each_log_of_a_job_is_answered_as_if_it_were_alone() {
+        let logs = [greetings(3), greetings(1), Vec::new(), greetings(2)];
+        let answers = answers_of(&board(&job_of(&logs)), &logs).unwrap();
+        for (log, answer) in logs.iter().zip(&answers) {
+            let mut alone = Vec::new();
+            FlightComputer::new(7).receive(log, |bytes| alone.extend_from_slice(bytes));
+            assert_eq!(answer, &alone);
+        }
+    }
+
+    #[test]
+    fn an_answer_that_ends_early_is_none() {
+        let logs = [greetings(3), greetings(1)];
+        let whole = board(&job_of(&logs));
+        assert_eq!(answers_of(&whole[..whole.len() - 1], &logs), None);
     }
 }

@@ -191,7 +191,7 @@ impl Restarts {
 
 /// Tells acknowledges from the rest of the stream.
 #[derive(Debug)]
-struct Acknowledges {
+pub(super) struct Acknowledges {
     /// The byte before was a delimiter, or there was none.
     between_frames: bool,
 }
@@ -204,7 +204,7 @@ impl Default for Acknowledges {
 
 impl Acknowledges {
     /// Appends what is no acknowledge; the number of those that are.
-    fn take_out(&mut self, bytes: &[u8], rest: &mut Vec<u8>) -> usize {
+    pub(super) fn take_out(&mut self, bytes: &[u8], rest: &mut Vec<u8>) -> usize {
         let mut count = 0;
         for &byte in bytes {
             let delimiter = byte == DELIMITER;
