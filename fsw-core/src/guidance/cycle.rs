@@ -144,11 +144,17 @@ impl Cycle {
         }
         probe.kernel_done(Kernel::Corrector, 0);
         let mut marked = self.evaluations;
+        let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
+        let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
+        let model = self.model(context);
         for _ in 0..left {
             if self.finished {
                 break;
             }
-            let Some(end) = self.predict(context, probe) else { continue };
+            if self.flying.is_none() {
+                self.take_off(&model, context, probe);
+            }
+            let Some(end) = self.predict(&model, step_s, &context.stop) else { continue };
             self.mark_predictor(&mut marked, probe);
             self.land(&end, context);
             probe.kernel_done(Kernel::Corrector, 0);
@@ -208,32 +214,23 @@ impl Cycle {
         self.range_to_go_m = range_to_go_m(&self.start.state, context);
     }
 
-    /// One step of the prediction under way, or of the next one, which ends it or not; finishes the cycle when none is left
-    /// to make.
+    /// One step of the prediction under way, which ends it or not; finishes the cycle when there is none or no evaluation
+    /// is left.
     #[inline]
-    fn predict(&mut self, context: &CycleContext<'_>, probe: &mut impl Probe) -> Option<PathEnd> {
-        if self.flying.is_none() {
-            self.take_off(context, probe);
-        }
-        let model = self.model(context);
-        let Some(prediction) = &mut self.flying else {
+    fn predict(&mut self, model: &predictor::Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
+        let affordable = self.evaluations <= MAX_EVALUATIONS - EVALUATIONS_PER_STEP;
+        let (Some(prediction), true) = (&mut self.flying, affordable) else {
             self.finished = true;
             return None;
         };
-        if self.evaluations.saturating_add(EVALUATIONS_PER_STEP) > MAX_EVALUATIONS {
-            self.finished = true;
-            return None;
-        }
-        let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
-        let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
         self.evaluations += EVALUATIONS_PER_STEP;
         self.steps += 1;
         self.longest = self.longest.max(self.steps);
-        prediction.step(&model, step_s, &context.stop)
+        prediction.step(model, step_s, stop)
     }
 
     /// Starts the next prediction, if there is one to make and evaluations to make it with.
-    fn take_off(&mut self, context: &CycleContext<'_>, probe: &mut impl Probe) {
+    fn take_off(&mut self, model: &predictor::Flown<'_>, context: &CycleContext<'_>, probe: &mut impl Probe) {
         if self.evaluations.saturating_add(EVALUATIONS_TO_START) > MAX_EVALUATIONS || self.flown.is_full() {
             return;
         }
@@ -242,7 +239,7 @@ impl Cycle {
         let sin_bank = self.start.side * sqrt(clamp(1.0 - cos_bank * cos_bank, 0.0, 1.0));
         self.evaluations += EVALUATIONS_TO_START;
         self.cos_bank = cos_bank;
-        self.flying = Some(Prediction::start(&self.model(context), &self.start.state, cos_bank, sin_bank));
+        self.flying = Some(Prediction::start(model, &self.start.state, cos_bank, sin_bank));
     }
 
     /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.

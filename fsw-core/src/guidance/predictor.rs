@@ -70,14 +70,14 @@ impl Node {
     const NONE: Self =
         Self { state: [0.0; 6], acceleration: [0.0; AXES], radius_m: 0.0, speed_mps: 0.0, track: (0.0, 0.0) };
 
-    /// Goes to a state and fills in what follows from it; the loads there. One evaluation of the equations of motion.
+    /// Fills in what follows from the state; the loads there. One evaluation of the equations of motion.
     #[inline(always)]
-    fn go_to(&mut self, state: &State, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
+    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
+        let state = &self.state;
         let (rates, flow) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
         let [_, _, _, ax, ay, az] = rates;
-        self.state = *state;
         self.acceleration = [ax, ay, az];
-        self.track = track_rate(state, &self.acceleration, &flow);
+        self.track = track_rate(state, &[ax, ay, az], &flow);
         self.radius_m = flow.radius_m;
         self.speed_mps = flow.speed_mps;
         constraints::loads(model.environment, model.drag_ratio, &flow)
@@ -111,8 +111,8 @@ impl Prediction {
     #[inline(always)] // into its place: it is large
     pub fn start(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
         let bank = Bank { cosine: cos_bank, sine: sin_bank };
-        let mut node = Node::NONE;
-        let loads = node.go_to(state, model, &bank);
+        let mut node = Node { state: *state, ..Node::NONE };
+        let loads = node.evaluate(model, &bank);
         Self { node, bank, elapsed_s: 0.0, track_rad: 0.0, peaks: Peaks::starting(loads) }
     }
 
@@ -124,12 +124,14 @@ impl Prediction {
     #[inline(never)]
     #[must_use]
     pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
-        if self.node.is_past(stop) {
+        // Later nodes that lie past the stop have ended the path.
+        if self.elapsed_s == 0.0 && self.node.is_past(stop) {
             return Some(self.end());
         }
         let bank = self.bank;
         let (state, acceleration, track) = (self.node.state, self.node.acceleration, self.node.track);
-        let loads = self.node.go_to(&stepped(model, &state, &acceleration, step_s, &bank), model, &bank);
+        self.node.state = stepped(model, &state, &acceleration, step_s, &bank);
+        let loads = self.node.evaluate(model, &bank);
         let past = self.node.is_past(stop);
         let after = (&self.node.state, &self.node.acceleration);
         let share = if past { share_before_stop([(&state, &acceleration), after], step_s, stop) } else { 1.0 };
