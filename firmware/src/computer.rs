@@ -1,7 +1,7 @@
 //! [`Computer`]: the flight computer of this board, from boot on. What every image runs.
 
 use embedded_io::{Read, Write};
-use fsw_core::executive::{Board as FlightBoard, BoardError, FlightComputer};
+use fsw_core::executive::{Board as FlightBoard, BoardError, FlightComputer, Room};
 use fsw_core::link::discretes::Discretes;
 use fsw_core::link::packet::{Mode, RestartReason};
 use fsw_core::probe::{FrameMeter, Meter};
@@ -25,6 +25,8 @@ const BUILD_ID: u64 = fsw_core::link::handshake::build_id(env!("CARGO_PKG_VERSIO
 
 /// The flight software; large, hence never on the stack.
 static CORE: ConstStaticCell<FlightComputer> = ConstStaticCell::new(FlightComputer::new(BUILD_ID));
+/// Room for its exchanges.
+static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(Room::new());
 
 /// The flight software on its hardware.
 pub struct Computer<S, M = BoardMeter> {
@@ -47,10 +49,12 @@ impl<S: Read + Write, M: Meter> Computer<S, M> {
         let Peripherals { link, arm, fire, watchdog, counter, clock } = Present::start();
         defmt::info!("flight software {=str} on {=str}", env!("CARGO_PKG_VERSION"), Present::NAME);
         // Without its core and its lines the computer is of no use.
-        let (Some(core), Ok(lines)) = (CORE.try_take(), Discretes::new(arm, fire, watchdog)) else {
+        let (Some(core), Some(room), Ok(lines)) =
+            (CORE.try_take(), ROOM.try_take(), Discretes::new(arm, fire, watchdog))
+        else {
             failure::restart(RestartReason::Panic, 0)
         };
-        let board = FlightBoard::new(stream(link, watchdog, clock), lines, core);
+        let board = FlightBoard::new(stream(link, watchdog, clock), lines, core, room);
         let (meter, mode) = (meter(FrameMeter::new(counter)), Mode::Standby);
         let mut computer = Self { board, meter, clock, stack, record, mode, trouble: None };
         if let Some(report) = record.failure {

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use embedded_hal::digital::OutputPin;
 use embedded_io::ErrorKind;
-use fsw_core::executive::{Board, BoardError, Clock, FlightComputer};
+use fsw_core::executive::{Board, BoardError, Clock, FlightComputer, Room};
 use fsw_core::link::discretes::Discretes;
 use fsw_core::link::port::PortError;
 use fsw_core::probe::{Counter, FrameMeter};
@@ -92,9 +92,9 @@ fn switch_on() -> (String, JoinHandle<()>) {
     let board = std::thread::spawn(move || {
         // With our own hold on the far end gone, the end of the program is the end of the line.
         let mut held = Some(pair.slave);
-        let mut computer = Box::new(FlightComputer::new(7));
+        let (mut computer, mut room) = (Box::new(FlightComputer::new(7)), Room::new());
         let lines = Discretes::new(Pin, Pin, Pin).expect("these lines cannot fail");
-        let mut board = Board::new(Line(pair.master), lines, &mut computer);
+        let mut board = Board::new(Line(pair.master), lines, &mut computer, &mut room);
         let (mut meter, mut clock) = (FrameMeter::new(Ones(0)), WallClock(Instant::now()));
         loop {
             match board.step(&mut meter, &mut clock) {

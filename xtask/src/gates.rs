@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use xshell::{Shell, cmd};
 
+use crate::budgets::Part;
 use crate::image::{self, TARGETS};
-use crate::{debian, flights, symbols};
+use crate::{budgets, debian, flights, symbols};
 
 /// Programs beyond the Rust toolchain that the gates start, and the Debian packages that hold them.
 const PROGRAMS: [(&str, &str); 3] =
@@ -14,7 +15,7 @@ const PROGRAMS: [(&str, &str); 3] =
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 11] = [
+const GATES: [Gate; 13] = [
     ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
@@ -23,6 +24,8 @@ const GATES: [Gate; 11] = [
     ("examples in the documentation", doc_tests),
     ("core builds without std for both processors", bare_metal),
     ("log formatting feature builds", log_feature),
+    ("images: no panic, heap, software floating point, recursion or indirect call", images),
+    ("budgets", budgets),
     ("documentation without broken links", documentation),
     ("default flight from the command line", default_flight),
     ("flights against a simulator in a process of its own", separate_process_flights),
@@ -76,6 +79,18 @@ fn bare_metal(shell: &Shell) -> Result<()> {
 
 fn programs(shell: &Shell) -> Result<()> {
     PROGRAMS.iter().try_for_each(|(program, package)| debian::ensure(shell, program, package))
+}
+
+fn images(shell: &Shell) -> Result<()> {
+    for target in TARGETS {
+        image::report::fail_on_violations(&image::inspect_flight(shell, target)?)
+            .with_context(|| format!("the image for {}", target.name))?;
+    }
+    Ok(())
+}
+
+fn budgets(shell: &Shell) -> Result<()> {
+    budgets::run(shell, Some(Part::Static), false)
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {

@@ -56,14 +56,35 @@ pub trait Clock {
     fn now_us(&mut self) -> u32;
 }
 
+/// Room for the bytes of one exchange; lent to the board, because it is large and need not stand on the stack.
+#[derive(Clone, Debug)]
+pub struct Room {
+    request: [u8; MAX_FRAME],
+    answer: [u8; ANSWER_BYTES],
+}
+
+impl Room {
+    /// Empty room.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { request: [0; MAX_FRAME], answer: [0; ANSWER_BYTES] }
+    }
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// Flight computer, link and output lines. The computer is lent: it is large and stays where it was built.
 #[derive(Debug)]
 pub struct Board<'c, S, A, F, W> {
     port: Port<S>,
     discretes: Discretes<A, F, W>,
     computer: &'c mut FlightComputer,
-    request: Gathered<MAX_FRAME>,
-    answer: Gathered<ANSWER_BYTES>,
+    request: Gathered<'c>,
+    answer: Gathered<'c>,
     /// When the last minor frame was closed.
     frame_closed_us: u32,
 }
@@ -71,13 +92,13 @@ pub struct Board<'c, S, A, F, W> {
 impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S, A, F, W> {
     /// A computer in `Standby` on its hardware.
     #[must_use]
-    pub fn new(stream: S, discretes: Discretes<A, F, W>, computer: &'c mut FlightComputer) -> Self {
+    pub fn new(stream: S, discretes: Discretes<A, F, W>, computer: &'c mut FlightComputer, room: &'c mut Room) -> Self {
         Self {
             port: Port::new(stream),
             discretes,
             computer,
-            request: Gathered::new(),
-            answer: Gathered::new(),
+            request: Gathered::new(&mut room.request),
+            answer: Gathered::new(&mut room.answer),
             frame_closed_us: 0,
         }
     }
@@ -180,16 +201,16 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
 }
 
 /// Bytes gathered until they are passed on together.
-#[derive(Clone, Debug)]
-struct Gathered<const N: usize> {
-    room: [u8; N],
+#[derive(Debug)]
+struct Gathered<'c> {
+    room: &'c mut [u8],
     length: usize,
     failure: Option<PortError>,
 }
 
-impl<const N: usize> Gathered<N> {
-    const fn new() -> Self {
-        Self { room: [0; N], length: 0, failure: None }
+impl<'c> Gathered<'c> {
+    const fn new(room: &'c mut [u8]) -> Self {
+        Self { room, length: 0, failure: None }
     }
 
     fn bytes(&self) -> &[u8] {
@@ -206,12 +227,12 @@ impl<const N: usize> Gathered<N> {
             *slot = byte;
             self.length += 1;
         }
-        self.length >= N
+        self.length >= self.room.len()
     }
 
     /// Takes bytes; what was gathered before is passed on when they do not fit.
     fn push_all(&mut self, bytes: &[u8], mut pass: impl FnMut(&[u8]) -> Result<(), PortError>) {
-        if bytes.len() > N - self.length.min(N) {
+        if bytes.len() > self.room.len().saturating_sub(self.length) {
             let passed = pass(self.bytes());
             self.fail(passed);
             self.clear();
@@ -404,8 +425,8 @@ mod tests {
         let line = Line { inbound: script(&flight(40, Pace::LockStep)), outbound: Vec::new(), silent: false };
         let (arm, fire, watchdog) = (Pin::default(), Pin::default(), Pin::default());
         let lines = Discretes::new(arm.clone(), fire.clone(), watchdog.clone()).unwrap();
-        let mut computer = FlightComputer::new(7);
-        let mut board = Board::new(line, lines, &mut computer);
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
+        let mut board = Board::new(line, lines, &mut computer, &mut room);
         assert!(run(&mut board).is_empty());
         let frames: Vec<u32> = actuators(&board.port.stream_mut().outbound).iter().map(|a| a.frame).collect();
         assert_eq!(frames, (1..=40).collect::<Vec<_>>());
@@ -419,8 +440,9 @@ mod tests {
         let mut inbound = script(&flight(20, Pace::LockStep));
         inbound.extend([0, 17, 33, 0]); // an empty frame and a damaged one, to which nothing is answered
         let received = inbound.iter().filter(|b| **b == 0).count();
-        let mut computer = FlightComputer::new(7);
-        let mut board = Board::new(Line { inbound, outbound: Vec::new(), silent: false }, lines(), &mut computer);
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
+        let mut board =
+            Board::new(Line { inbound, outbound: Vec::new(), silent: false }, lines(), &mut computer, &mut room);
         assert!(run(&mut board).is_empty());
         let sent = core::mem::take(&mut board.port.stream_mut().outbound);
         let empty =
@@ -434,9 +456,9 @@ mod tests {
     fn the_cost_of_each_frame_is_entered_with_the_next_and_reported_when_asked() {
         let mut packets_up = flight(30, Pace::LockStep);
         packets_up.insert(1, (0, Uplink::Command(Command::ReportCost { on: true })));
-        let mut computer = FlightComputer::new(7);
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
         let line = Line { inbound: script(&packets_up), outbound: Vec::new(), silent: false };
-        let mut board = Board::new(line, lines(), &mut computer);
+        let mut board = Board::new(line, lines(), &mut computer, &mut room);
         assert!(run(&mut board).is_empty());
         let costs: Vec<_> = packets(&board.port.stream_mut().outbound)
             .into_iter()
@@ -451,8 +473,9 @@ mod tests {
     fn a_board_that_restarted_by_itself_says_why_at_once_and_after_each_greeting() {
         let report = RestartReport { reason: RestartReason::Watchdog, frame: 123, address: 0x2000_0010 };
         let inbound = script(&[(0, Uplink::Hello(Hello::ours(1)))]);
-        let mut computer = FlightComputer::new(7);
-        let mut board = Board::new(Line { inbound, outbound: Vec::new(), silent: false }, lines(), &mut computer);
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
+        let mut board =
+            Board::new(Line { inbound, outbound: Vec::new(), silent: false }, lines(), &mut computer, &mut room);
         board.announce(report).unwrap();
         let told = |bytes: &[u8]| {
             packets(bytes)
@@ -470,8 +493,8 @@ mod tests {
         let line = Line { inbound: script(&flight(10, Pace::LockStep)), outbound: Vec::new(), silent: false };
         let watchdog = Pin::default();
         let lines = Discretes::new(Pin::default(), Pin::default(), watchdog.clone()).unwrap();
-        let mut computer = FlightComputer::new(7);
-        let mut board = Board::new(line, lines, &mut computer);
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
+        let mut board = Board::new(line, lines, &mut computer, &mut room);
         watchdog.broken.set(true);
         let errors = run(&mut board);
         assert_eq!(errors, [BoardError::Discrete(DiscreteError::Watchdog(ErrorKind::Other)); 10]);
@@ -481,8 +504,8 @@ mod tests {
     /// What a board does whose sensors fall silent after `frames` frames, while its clock goes on for 40 frames.
     fn silence(pace: Pace, frames: u32) -> (u32, u32) {
         let line = Line { inbound: script(&flight(frames, pace)), outbound: Vec::new(), silent: true };
-        let mut computer = FlightComputer::new(7);
-        let mut board = Board::new(line, lines(), &mut computer);
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
+        let mut board = Board::new(line, lines(), &mut computer, &mut room);
         let (mut meter, clock) = (FrameMeter::new(Hundreds::default()), Hand::default());
         while !board.port.stream_mut().inbound.is_empty() {
             board.step(&mut meter, &mut clock.clone()).unwrap();

@@ -12,7 +12,7 @@ pub mod modes;
 pub mod schedule;
 mod tick;
 
-pub use board::{Board, BoardError, Clock};
+pub use board::{Board, BoardError, Clock, Room};
 pub use computer::{FlightComputer, MAX_BRIDGED_FRAMES};
 pub use cost::{CostLedger, WHOLE_FRAME};
 pub use tick::{Executive, Outputs};
