@@ -44,6 +44,10 @@ impl<M: Meter> Probe for Burning<M> {
         self.frames = self.frames.wrapping_add(1);
         self.meter.frame_done();
     }
+
+    fn nothing_done(&mut self) {
+        self.meter.nothing_done();
+    }
 }
 
 impl<M: Meter> Meter for Burning<M> {
