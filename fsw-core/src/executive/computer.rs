@@ -82,7 +82,10 @@ impl FlightComputer {
     pub fn restart_if_asked(&mut self) -> bool {
         let asked = self.restart == Restart::Asked;
         if asked {
-            *self = Self::new(self.build_id);
+            // Made by the compiler and copied: built here, it would take its size of stack.
+            let build_id = self.build_id;
+            *self = const { Self::new(0) };
+            self.build_id = build_id;
             self.allow_restart();
         }
         asked
