@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn a_measured_overrun_is_always_reported_and_acted_on_only_in_real_time() {
         let mut slot = MeasuredCost::NONE;
-        slot.slots[SlotId::Control as usize] = 3_001;
+        slot.slots[SlotId::Control as usize] = 2_001;
         let whole = MeasuredCost { whole: FRAME_BUDGET + 1, ..MeasuredCost::NONE };
         for (cost, name) in [(slot, SlotId::Control as u8), (whole, WHOLE_FRAME)] {
             let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());

@@ -2,7 +2,9 @@
 
 use super::cost::CostLedger;
 use super::modes::{self, Facts, Thresholds};
-use super::schedule::{HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES, due};
+use super::schedule::{
+    GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET, HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES, due,
+};
 use crate::config::Config;
 use crate::control::{self, BankDemand};
 use crate::fault::{EventLog, FrameReport, Monitor};
@@ -40,6 +42,8 @@ pub struct Executive {
     stuck: StuckMonitor,
     /// Bank demand of the frame before, which acts over this one.
     demand: BankDemand,
+    /// Report of guidance that waits for its frame.
+    report: Option<GuidanceTlm>,
 }
 
 /// What one minor frame gives out; events are in the log's queue.
@@ -49,7 +53,7 @@ pub struct Outputs {
     pub actuator: Actuator,
     /// Navigation telemetry, 10 Hz.
     pub navigation: Option<NavTlm>,
-    /// Guidance telemetry, when a cycle's command takes effect.
+    /// Guidance telemetry, a few frames after a cycle's command took effect.
     pub guidance: Option<GuidanceTlm>,
     /// Health, 1 Hz.
     pub health: Option<HealthTlm>,
@@ -75,6 +79,7 @@ impl Executive {
             monitor: Monitor::new(),
             stuck: StuckMonitor::new(),
             demand: BankDemand::NONE,
+            report: None,
         }
     }
 
@@ -182,7 +187,7 @@ impl Executive {
         let outputs = Outputs {
             actuator: self.actuator(&demand),
             navigation,
-            guidance: command.telemetry,
+            guidance: self.guidance_report(command.telemetry),
             health: due(self.frame, HEALTH_FRAMES, HEALTH_OFFSET).then(|| self.health()),
         };
         probe.slot_done(SlotId::Telemetry);
@@ -229,6 +234,15 @@ impl Executive {
             discretes,
             mode: self.mode,
         }
+    }
+
+    /// The report of guidance when it is its turn to go down; kept until then.
+    fn guidance_report(&mut self, new: Option<GuidanceTlm>) -> Option<GuidanceTlm> {
+        if new.is_some() {
+            self.report = new;
+        }
+        let turn = due(self.frame, GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET);
+        if turn { self.report.take() } else { None }
     }
 
     fn health(&self) -> HealthTlm {
