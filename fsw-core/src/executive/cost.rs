@@ -1,7 +1,8 @@
 //! Execution cost: measured by the caller, entered as an input of the next tick, kept as worst values.
 //!
 //! What a [`Probe`](crate::probe::Probe) measured comes back as [`MeasuredCost`] with the next frame, so that a replay
-//! sees the same numbers. Only a real-time flight acts on a measured overrun; an injected one is acted on in any flight.
+//! sees the same numbers. A measured overrun is always counted, but only a real-time flight logs it and acts on it: what a
+//! lock-step flight sends must not depend on the machine. An injected overrun is logged and acted on in any flight.
 
 use super::schedule::{FRAME_BUDGET, SCHEDULE};
 use crate::fault::EventLog;
@@ -46,8 +47,8 @@ impl CostLedger {
         self.injected_frames = frames;
     }
 
-    /// Enters the cost of the frame before; an overrun is counted each time and logged once a second at most. True when
-    /// guidance has to shed its work of this frame.
+    /// Enters the cost of the frame before; an overrun is counted each time and, unless it was measured in lock-step, logged
+    /// once a second at most. True when guidance has to shed its work of this frame.
     pub fn enter(&mut self, now: MissionTime, pace: Pace, cost: &MeasuredCost, log: &mut EventLog) -> bool {
         let frame = now.frame_index();
         let injected = self.injected_frames > 0;
@@ -59,11 +60,14 @@ impl CostLedger {
         }
         let Some((slot, cost, budget)) = overrun(cost, injected) else { return false };
         self.slips = self.slips.saturating_add(1);
+        if !injected && pace == Pace::LockStep {
+            return false;
+        }
         if self.last_event_frame.is_none_or(|last| frame.wrapping_sub(last) >= FRAMES_PER_SECOND) {
             log.record(now, Severity::Warning, EventKind::FrameOverrun { slot, cost, budget });
             self.last_event_frame = Some(frame);
         }
-        injected || pace == Pace::RealTime
+        true
     }
 }
 
@@ -104,13 +108,14 @@ mod tests {
     }
 
     #[test]
-    fn a_measured_overrun_is_always_reported_and_acted_on_only_in_real_time() {
+    fn a_measured_overrun_is_always_counted_and_logged_and_acted_on_only_in_real_time() {
         let mut slot = MeasuredCost::NONE;
         slot.slots[SlotId::Control as usize] = 2_001;
         let whole = MeasuredCost { whole: FRAME_BUDGET + 1, ..MeasuredCost::NONE };
         for (cost, name) in [(slot, SlotId::Control as u8), (whole, WHOLE_FRAME)] {
             let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());
             assert!(!enter(&mut ledger, &mut log, 1, Pace::LockStep, &cost));
+            assert_eq!((ledger.slips, log.last().count()), (1, 0));
             assert!(enter(&mut ledger, &mut log, 2, Pace::RealTime, &cost));
             assert_eq!(ledger.slips, 2);
             let events: std::vec::Vec<_> = log.last().collect();
