@@ -29,6 +29,8 @@ pub enum Command {
     Propagate(PropagateArgs),
     /// Feed a recorded link log to a fresh flight computer and compare every byte of its output.
     Replay(ReplayArgs),
+    /// Measure what the flight software costs, per schedule slot and per algorithm, over a set of hard flights.
+    Wcet(WcetArgs),
     /// Show and check scenarios.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
@@ -141,6 +143,44 @@ pub struct ReplayArgs {
     /// Prints nothing but errors.
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Options of `wcet`.
+#[derive(Clone, Debug, Args)]
+pub struct WcetArgs {
+    /// Where the flight software runs: m7 or rv64 (emulated, instructions), or host (wall time).
+    #[arg(long, value_name = "WHERE", default_value = "m7")]
+    pub target: WcetPlace,
+    /// Image for the emulator to run; without it the workspace's own bench image is built.
+    #[arg(long, value_name = "FILE")]
+    pub image: Option<PathBuf>,
+    /// Folder for wcet.txt and wcet.json; files of an earlier run are replaced.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Prints a machine-readable report.
+    #[arg(long)]
+    pub json: bool,
+    /// Prints nothing but errors and broken budgets.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Where execution cost is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WcetPlace {
+    /// In this process.
+    Host,
+    /// On an emulated processor.
+    Emulated(Target),
+}
+
+impl FromStr for WcetPlace {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let expected = |_| "expected host, m7 or rv64".to_owned();
+        if text == "host" { Ok(Self::Host) } else { text.parse().map(Self::Emulated).map_err(expected) }
+    }
 }
 
 /// The commands about scenarios.

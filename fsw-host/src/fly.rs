@@ -38,10 +38,22 @@ static UNDISTURBED: AtomicBool = AtomicBool::new(false);
 /// # Errors
 /// The scenario cannot be flown.
 pub fn fly_in_process(scenario: &Scenario, seed: u64, run: u64, nominal: bool) -> Result<FlightRecord, HostError> {
-    let id = FlightId { seed, run, nominal };
-    let mut truth = Conductor::new(scenario, seed, run, nominal)?;
+    fly_watched(scenario, FlightId { seed, run, nominal }, &mut LocalComputer::default(), &mut Unwatched)
+}
+
+/// The same on a given computer, with somebody who watches its link.
+///
+/// # Errors
+/// The scenario cannot be flown.
+pub fn fly_watched(
+    scenario: &Scenario,
+    id: FlightId,
+    computer: &mut dyn ComputerEnd,
+    watch: &mut dyn Watch,
+) -> Result<FlightRecord, HostError> {
+    let mut truth = Conductor::new(scenario, id.seed, id.run, id.nominal)?;
     let pace = Pace { realtime: false, interrupt: &UNDISTURBED };
-    Ok(pump::fly(&mut truth, &mut LocalComputer::default(), recorder(scenario, id), &mut Unwatched, pace))
+    Ok(pump::fly(&mut truth, computer, recorder(scenario, id), watch, pace))
 }
 
 /// The same, keeping only the summary, the events and the consistency of the navigation: for many flights.

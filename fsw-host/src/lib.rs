@@ -27,3 +27,4 @@ pub mod summary;
 pub mod tap;
 pub mod target;
 pub mod telemetry;
+pub mod wcet;

@@ -6,7 +6,7 @@ use clap::Parser;
 use fsw_host::cli::{Cli, Command};
 use fsw_host::ends::LocalComputer;
 use fsw_host::error::HostError;
-use fsw_host::{fly, propagate, replay, scenarios};
+use fsw_host::{fly, propagate, replay, scenarios, wcet};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -15,6 +15,7 @@ fn main() -> ExitCode {
         Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
         Some(Command::Replay(args)) => replay::run(&args, &mut LocalComputer::default()),
+        Some(Command::Wcet(args)) => wcet::run(&args),
         Some(Command::Scenario(command)) => scenarios::run(&command),
     };
     match done {

@@ -7,7 +7,8 @@
 use std::fs;
 use std::path::PathBuf;
 use std::process::Stdio;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use fsw_core::link::framing::{DELIMITER, FrameBytes, MAX_FRAME, encode_frame};
 use fsw_core::link::packet::{Command, Frame, Injection, Uplink};
@@ -29,27 +30,72 @@ pub fn uplink_of(log: &LinkLog) -> Vec<u8> {
     log.records().filter(|(direction, _)| *direction == Direction::Up).flat_map(|(_, bytes)| bytes).copied().collect()
 }
 
+/// Set by nobody.
+static UNDISTURBED: AtomicBool = AtomicBool::new(false);
+/// Time between two looks at the interrupt.
+const GLANCE: Duration = Duration::from_millis(100);
+
 /// Flies recorded uplinks on a target, one after the other in one boot, and returns what it answered to each: the bytes
 /// that a flight computer in this process would answer, apart from measured cost and identity of the build.
 ///
 /// # Errors
 /// No emulator; or the board did not do its job within `patience`, with the emulator's last words.
 pub fn run(target: Target, image: &Image, logs: &[Vec<u8>], patience: Duration) -> Result<Vec<Vec<u8>>, TargetError> {
-    let failed = |reason: String| TargetError::Bench { target: target.title(), reason };
-    let folder = Folder::new()?;
-    let (job, answer) = (folder.0.join("job.bin"), folder.0.join("answer.bin"));
-    fs::write(&job, job_of(logs)).map_err(TargetError::system(format!("write {}", job.display())))?;
-    let files = format!("arg={BENCH_IMAGE},arg={},arg={}", job.display(), answer.display());
-    let devices = ["-semihosting-config".into(), format!("enable=on,target=native,{files}")];
-    let mut qemu = Qemu::start(target, image, &devices, [Stdio::null(), Stdio::null()])?;
-    let status = qemu
-        .wait(patience)
-        .ok_or_else(|| failed(format!("it did not finish {} logs within {} s", logs.len(), patience.as_secs())))?;
-    if !status.success() {
-        return Err(failed(qemu.last_words(status)));
+    Bench { target, image, plugin: None, interrupt: &UNDISTURBED, patience }.run(logs)
+}
+
+/// How logs are flown on a target.
+#[derive(Clone, Copy, Debug)]
+pub struct Bench<'a> {
+    /// The processor.
+    pub target: Target,
+    /// Its bench image.
+    pub image: &'a Image,
+    /// A plugin for the emulator, with its arguments.
+    pub plugin: Option<&'a str>,
+    /// Set from outside to end it.
+    pub interrupt: &'a AtomicBool,
+    /// Longest wait for a job.
+    pub patience: Duration,
+}
+
+impl Bench<'_> {
+    /// As [`run`].
+    ///
+    /// # Errors
+    /// As [`run`], and when it was interrupted.
+    pub fn run(&self, logs: &[Vec<u8>]) -> Result<Vec<Vec<u8>>, TargetError> {
+        let folder = Folder::new()?;
+        let (job, answer) = (folder.0.join("job.bin"), folder.0.join("answer.bin"));
+        fs::write(&job, job_of(logs)).map_err(TargetError::system(format!("write {}", job.display())))?;
+        let files = format!("arg={BENCH_IMAGE},arg={},arg={}", job.display(), answer.display());
+        let mut devices = vec!["-semihosting-config".into(), format!("enable=on,target=native,{files}")];
+        devices.extend(self.plugin.into_iter().flat_map(|plugin| ["-plugin".to_owned(), plugin.to_owned()]));
+        let mut qemu = Qemu::start(self.target, self.image, &devices, [Stdio::null(), Stdio::null()])?;
+        self.wait(&mut qemu, logs.len())?;
+        let answer = fs::read(&answer).map_err(TargetError::system(format!("read {}", answer.display())))?;
+        answers_of(&answer, logs).ok_or_else(|| self.failed("its answer ends before the job does".into()))
     }
-    let answer = fs::read(&answer).map_err(TargetError::system(format!("read {}", answer.display())))?;
-    answers_of(&answer, logs).ok_or_else(|| failed("its answer ends before the job does".into()))
+
+    fn wait(&self, qemu: &mut Qemu, logs: usize) -> Result<(), TargetError> {
+        let due = Instant::now() + self.patience;
+        loop {
+            match qemu.wait(GLANCE) {
+                Some(status) if status.success() => return Ok(()),
+                Some(status) => return Err(self.failed(qemu.last_words(status))),
+                None if self.interrupt.load(Ordering::Relaxed) => return Err(TargetError::Interrupted),
+                None if Instant::now() < due => {}
+                None => {
+                    let patience_s = self.patience.as_secs();
+                    return Err(self.failed(format!("it did not finish {logs} logs within {patience_s} s")));
+                }
+            }
+        }
+    }
+
+    fn failed(&self, reason: String) -> TargetError {
+        TargetError::Bench { target: self.target.title(), reason }
+    }
 }
 
 /// The answers by log: each ends with the acknowledge of its log's last delimiter, and the one to the restart between

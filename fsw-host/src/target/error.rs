@@ -81,6 +81,9 @@ pub enum TargetError {
     /// An image was named for a computer that takes none.
     #[error("--image is for --computer qemu:m7 or qemu:rv64: {0} takes no image from here")]
     ImageNotTaken(String),
+    /// The user does not want to wait any longer.
+    #[error("interrupted")]
+    Interrupted,
     /// The bench image did not do its job.
     #[error("the bench on {target} failed: {reason}")]
     Bench {

@@ -37,8 +37,9 @@ pub fn of_image(inspection: &Inspection) -> Figures {
 /// What the flights on the emulated processor tell.
 pub fn of_flights(shell: &Shell, target: Target) -> Result<Figures> {
     let name = target.name;
-    let text =
-        cmd!(shell, "cargo run --quiet --release --package fsw-host -- wcet --target {name} --json").quiet().read()?;
+    // It fails when a budget is broken; here the figures are judged.
+    let command = cmd!(shell, "cargo run --quiet --release --package fsw-host -- wcet --target {name} --json");
+    let text = command.quiet().ignore_status().read()?;
     parse(&text, name).with_context(|| format!("what aeroshell wcet --target {name} --json printed"))
 }
 
