@@ -248,7 +248,9 @@ fn fault(k: usize, f: &Fault) -> Result<(), Finding> {
             &[FaultKind::Dropout, FaultKind::Bias, FaultKind::Scale, FaultKind::Stuck, FaultKind::Failed]
         }
         FaultTarget::Radio => &[FaultKind::Dropout, FaultKind::Bias],
-        FaultTarget::Uplink => &[FaultKind::Dropout, FaultKind::BitFlips],
+        FaultTarget::Uplink => {
+            &[FaultKind::Dropout, FaultKind::BitFlips, FaultKind::Duplicate, FaultKind::Hold, FaultKind::Garbage]
+        }
     };
     let name = |kind: &FaultKind| {
         toml::Value::try_from(kind).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
@@ -264,7 +266,9 @@ fn fault(k: usize, f: &Fault) -> Result<(), Finding> {
         FaultKind::Bias => &["value"],
         FaultKind::Scale => &["factor"],
         FaultKind::BitFlips => &["per_packet"],
-        FaultKind::Dropout | FaultKind::Stuck | FaultKind::Failed => &[],
+        FaultKind::Duplicate => &["copies"],
+        FaultKind::Garbage => &["bytes", "piece"],
+        FaultKind::Dropout | FaultKind::Stuck | FaultKind::Failed | FaultKind::Hold => &[],
     };
     if !f.parameters.keys().map(String::as_str).eq(needed.iter().copied()) {
         let given: Vec<&str> = f.parameters.keys().map(String::as_str).collect();

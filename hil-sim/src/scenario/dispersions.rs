@@ -157,7 +157,8 @@ pub struct Fault {
     /// For this long.
     pub duration_s: f64,
     /// Numbers that the kind needs, by name: `bias` takes `value` (m/s², deg/s, Pa or m), `scale` takes `factor`,
-    /// `bit-flips` takes `per_packet` (probability).
+    /// `bit-flips` takes `per_packet` (probability), `duplicate` takes `copies`, `garbage` takes `bytes` (a minor frame)
+    /// and `piece` (bytes between two delimiters).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
 }
@@ -186,6 +187,12 @@ pub enum FaultKind {
     Failed,
     /// Packets are corrupted: link only.
     BitFlips,
+    /// Packets come several times, as far as the line has room: link only.
+    Duplicate,
+    /// Packets are held back until the fault is over, and then come as fast as the line goes: link only.
+    Hold,
+    /// Bytes that are no packets, before those of each minor frame, as far as the line has room: link only.
+    Garbage,
 }
 
 /// What a fault strikes.

@@ -15,9 +15,10 @@ use fsw_core::time::MissionTime;
 
 use super::SessionError;
 use super::refusal;
+use super::uplink::Uplink as Line;
 use crate::case::Case;
 use crate::noise::Stream;
-use crate::scenario::{Fault, FaultKind, FaultTarget, Scenario};
+use crate::scenario::{Fault, Scenario};
 use crate::sensors::SensorFaults;
 use crate::truth::{FramePackets, Truth};
 
@@ -143,6 +144,7 @@ pub struct Conductor<P = Truth> {
     plant: P,
     plan: Plan,
     sensor_faults: SensorFaults,
+    line: Line,
     config: Box<Config>,
     sender: Sender,
     receiver: Receiver<Downlink>,
@@ -196,6 +198,7 @@ impl<P: Plant> Conductor<P> {
         let mut conductor = Self {
             plant,
             sensor_faults: SensorFaults::new(&plan.faults),
+            line: Line::new(&plan.faults, plan.noise.clone()),
             plan,
             config,
             sender: Sender::new(),
@@ -436,13 +439,16 @@ impl<P: Plant> Conductor<P> {
         let mut packets = self.plant.packets().clone();
         self.sensor_faults.strike(self.now().as_s(), &mut packets);
         let FramePackets { pressure, radio, imu } = packets;
-        if let Some(pressure) = pressure {
-            self.send_sensor(Uplink::Pressure(pressure));
+        let measurements = pressure.map(Uplink::Pressure).into_iter().chain(radio.into_iter().map(Uplink::Radio));
+        self.line.begin_frame(self.now().as_s(), &mut self.pending);
+        for packet in measurements.chain([Uplink::Imu(imu)]) {
+            let mut room: FrameBytes = [0; MAX_FRAME];
+            // Every packet fits its own maximum size.
+            if let Ok(bytes) = self.sender.encode(self.now(), packet, &mut room) {
+                self.line.send(bytes, &mut self.pending);
+            }
         }
-        for measurement in radio {
-            self.send_sensor(Uplink::Radio(measurement));
-        }
-        if !self.send_sensor(Uplink::Imu(imu)) {
+        if !self.line.end_frame(&mut self.pending) {
             // The flight computer will not see this frame end: no use to wait for its answer.
             self.go_on = true;
         }
@@ -467,39 +473,6 @@ impl<P: Plant> Conductor<P> {
         if let Ok(bytes) = self.sender.encode(self.now(), packet, &mut room) {
             self.pending.extend_from_slice(bytes);
         }
-    }
-
-    /// Sends a sensor packet through the faults of the link. Whether it arrives whole.
-    fn send_sensor(&mut self, packet: Uplink) -> bool {
-        let begin = self.pending.len();
-        self.send(packet);
-        let now_s = self.now().as_s();
-        let mut whole = true;
-        for fault in self.plan.faults.iter().filter(|f| f.target == FaultTarget::Uplink && f.acts_at(now_s)) {
-            match fault.kind {
-                FaultKind::BitFlips => {
-                    let probability = fault.parameters.get("per_packet").copied().unwrap_or(0.0);
-                    if self.plan.noise.uniform() < probability {
-                        flip_one_bit(&mut self.pending[begin..], &mut self.plan.noise);
-                        whole = false;
-                    }
-                }
-                _ => {
-                    self.pending.truncate(begin);
-                    whole = false;
-                }
-            }
-        }
-        whole
-    }
-}
-
-/// Flips a random bit of a frame.
-fn flip_one_bit(bytes: &mut [u8], noise: &mut Stream) {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // in [0, 8·len)
-    let bit = (noise.uniform() * (8 * bytes.len()) as f64) as usize;
-    if let Some(byte) = bytes.get_mut(bit / 8) {
-        *byte ^= 1 << (bit % 8);
     }
 }
 

@@ -8,8 +8,10 @@ mod refusal;
 mod remote;
 #[cfg(test)]
 mod scripted;
+mod uplink;
 
 pub use conductor::{Conductor, End, Phase, Plan, Plant, Status};
 pub use error::SessionError;
 pub use pump::{Pace, pump};
 pub use remote::{RemoteTruth, TruthEnd};
+pub use uplink::BYTES_PER_FRAME;
