@@ -13,11 +13,13 @@ pub const WATCHDOG_US: u32 = 100_000;
 /// A flight computer.
 ///
 /// Everything else is reached through the types of its peripherals, which are drivers behind `embedded-hal` and
-/// `embedded-io`. The associated functions may be called at any time, from a fault handler too.
+/// `embedded-io`. `make_safe` and `reset` are called from fault handlers, at any time and on a stack of a few hundred
+/// bytes: they wait for nothing, log nothing, and rely on nothing that `start` has done. `doc/porting.md` has the road to
+/// a new board.
 pub trait Board: Sized {
     /// Its name in the log.
     const NAME: &'static str;
-    /// Byte stream of the link.
+    /// Byte stream of the link. It is read once it has said that it is ready, and then gives at least one byte.
     type Link: Read + ReadReady + Write;
     /// A discrete output line.
     type Line: OutputPin;
@@ -33,7 +35,7 @@ pub trait Board: Sized {
     /// Closes the stack guard, starts clocks, link, log and watchdog. Called once, at boot.
     fn start() -> Peripherals<Self>;
 
-    /// The log.
+    /// The log; asked for anew for each piece of a message, hence without state of its own.
     fn log() -> Self::Log;
 
     /// Drives the mortar lines low.

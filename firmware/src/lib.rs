@@ -1,8 +1,10 @@
 //! What all images share: one small board trait, drivers, black box, stack meter, log, and the road from a failure to a
 //! restart that tells its reason.
 //!
-//! * [`board`] what a board must offer; [`boards`] the two that exist. Porting is one more file there, a memory map and
-//!   the drivers it lacks. * [`drivers`] one peripheral each, behind `embedded-hal` and `embedded-io`.
+//! * [`board`] what a board must offer; `boards` the two that exist. Porting is one more file there, a memory map and
+//!   the drivers it lacks: `doc/porting.md`.
+//! * [`drivers`] one peripheral each, behind `embedded-hal` and `embedded-io`.
+//! * `computer` boot and board loop of every image. * `trap`, `failure` where the processor goes when something fails.
 //! * [`blackbox`] memory that outlives a reset. * [`stack`] paint and high-water mark. * [`patient`] waiting that feeds
 //!   the watchdog.
 //!

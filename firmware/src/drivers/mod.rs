@@ -13,10 +13,14 @@ pub mod fpga_counter;
 pub mod ns16550;
 
 #[cfg(all(target_os = "none", target_arch = "arm"))]
+pub mod cycle_counter;
+#[cfg(all(target_os = "none", target_arch = "arm"))]
 pub mod mpu;
 #[cfg(all(target_os = "none", target_arch = "arm"))]
 pub mod systick;
 
+#[cfg(all(target_os = "none", target_arch = "riscv64"))]
+pub mod mcycle;
 #[cfg(all(target_os = "none", target_arch = "riscv64"))]
 pub mod minstret;
 #[cfg(all(target_os = "none", target_arch = "riscv64"))]
