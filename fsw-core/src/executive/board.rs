@@ -85,7 +85,7 @@ pub struct Board<'c, S, A, F, W> {
     computer: &'c mut FlightComputer,
     request: Gathered<'c>,
     answer: Gathered<'c>,
-    /// When the last minor frame was closed.
+    /// When the last minor frame was closed; before the first, when the last packet came.
     frame_closed_us: u32,
 }
 
@@ -159,6 +159,10 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
         request.clear();
         let closed = computer.executive().frame() != frame_before;
         let told = self.tell(closed, meter, clock);
+        if self.computer.executive().frame() == 0 {
+            // The board's schedule begins with the flight, not when it was switched on.
+            self.frame_closed_us = clock.now_us();
+        }
         let acknowledged = if delimited { self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port) } else { Ok(()) };
         told.and(acknowledged)
     }
@@ -515,6 +519,20 @@ mod tests {
             board.step(&mut meter, &mut clock.clone()).unwrap();
         }
         (board.computer_mut().executive().frame(), board.computer_mut().executive().rejects.missed_frames)
+    }
+
+    #[test]
+    fn a_real_time_flight_begins_when_it_is_told_to_however_long_the_board_has_been_on() {
+        let line = Line { inbound: script(&flight(5, Pace::RealTime)), outbound: Vec::new(), silent: true };
+        let (mut computer, mut room) = (FlightComputer::new(7), Room::new());
+        let mut board = Board::new(line, lines(), &mut computer, &mut room);
+        let (mut meter, clock) = (FrameMeter::new(Hundreds::default()), Hand::default());
+        clock.0.set(3_600_000_000);
+        while !board.port.stream_mut().inbound.is_empty() {
+            board.step(&mut meter, &mut clock.clone()).unwrap();
+        }
+        let executive = board.computer_mut().executive();
+        assert_eq!((executive.frame(), executive.rejects.missed_frames, executive.rejects.late), (5, 0, 0));
     }
 
     #[test]
