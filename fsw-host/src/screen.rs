@@ -216,6 +216,7 @@ fn rejects(link: &LinkCounters) -> String {
         ("not finite", r.not_finite),
         ("status", r.status),
         ("missed frames", r.missed_frames),
+        ("commands beyond the most of a frame", r.flooded),
         ("downlink", link.downlink_rejected),
     ];
     let named: Vec<_> = causes.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();

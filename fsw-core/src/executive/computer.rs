@@ -16,6 +16,8 @@ use crate::time::MissionTime;
 /// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
 /// packets that follow, so that the cost of a packet stays bounded.
 pub const MAX_BRIDGED_FRAMES: u32 = 10;
+/// Commands and greetings answered within a minor frame of the flight, at most; more are counted and dropped.
+pub const ANSWERS_PER_FRAME: u8 = 4;
 /// Events sent with one frame, at most; more wait in the queue.
 const EVENTS_PER_BURST: usize = 4;
 /// Minor frames that may be missing before an inertial measurement without more ado. A larger jump of its time stamp
@@ -40,6 +42,8 @@ pub struct FlightComputer {
     restarted: Option<RestartReport>,
     restart: Restart,
     reports_cost: bool,
+    /// Minor frame of the last answer to a command or greeting, and how many it has had.
+    answered: (u32, u8),
 }
 
 /// Whether the computer begins again when told to.
@@ -70,6 +74,7 @@ impl FlightComputer {
             restarted: None,
             restart: Restart::Refused,
             reports_cost: false,
+            answered: (0, 0),
         }
     }
 
@@ -139,8 +144,9 @@ impl FlightComputer {
 
     /// As [`Self::receive`], telling `probe` when each slot of a minor frame is done.
     pub fn receive_probed(&mut self, bytes: &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
-        for byte in bytes {
-            if let Some(frame) = self.receiver.push(*byte, &mut self.executive.rejects) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            if let Some(frame) = self.receiver.take(&mut rest, &mut self.executive.rejects) {
                 probe.kernel_done(Kernel::Decode, 1);
                 probe.slot_done(SlotId::Receive);
                 self.handle(frame, probe, &mut transmit);
@@ -173,6 +179,9 @@ impl FlightComputer {
             return;
         }
         match packet {
+            Uplink::Hello(_) | Uplink::Command(_) if self.is_flooded() => {
+                self.executive.rejects.flooded = self.executive.rejects.flooded.saturating_add(1);
+            }
             Uplink::Hello(hello) => self.greet(&hello, probe, transmit),
             Uplink::Command(command) => {
                 let outcome = self.obey(command, time);
@@ -187,6 +196,18 @@ impl FlightComputer {
             }
             Uplink::Imu(imu) => self.close_frame(time, imu, probe, transmit),
         }
+    }
+
+    /// Whether this minor frame of the flight has answered as many commands and greetings as it may; counts this one.
+    fn is_flooded(&mut self) -> bool {
+        if self.executive.mode() == Mode::Standby {
+            return false;
+        }
+        let frame = self.executive.frame();
+        let (of_frame, answered) = self.answered;
+        let answered = if of_frame == frame { answered } else { 0 };
+        self.answered = (frame, answered.saturating_add(1));
+        answered >= ANSWERS_PER_FRAME
     }
 
     /// The answer to a Hello is ours, whatever theirs says, so that the peer can tell its user what differs. Nothing

@@ -214,3 +214,20 @@ fn a_copy_of_the_computer_flies_on_to_the_same_bytes() {
     copy.receive(bytes, |frame| b.extend_from_slice(frame));
     assert!(!a.is_empty() && a == b);
 }
+
+#[test]
+fn a_flood_of_commands_in_flight_is_answered_four_times_a_frame_and_counted() {
+    let mut ground = Ground::flying();
+    ground.imu(1);
+    let read = Command::ReadBack(crate::link::parameters::BlockId::Planet);
+    let mut answers = 0;
+    for _ in 0..100 {
+        answers += ground.send(MissionTime::of_frame(1), Uplink::Command(read.clone())).len();
+    }
+    assert_eq!(
+        (answers, ground.rejects().flooded),
+        (usize::from(ANSWERS_PER_FRAME), 100 - u32::from(ANSWERS_PER_FRAME))
+    );
+    assert_eq!(ground.imu(2).len(), 1);
+    assert_eq!(ground.send(MissionTime::of_frame(2), Uplink::Command(read)).len(), 1, "the next frame answers again");
+}

@@ -183,38 +183,51 @@ impl Decoder {
 
     /// Takes one byte. `Some` when it ends a frame: its payload with verified checksum, or why it is none.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], Reject>> {
-        if byte == DELIMITER {
-            return self.finish();
-        }
-        match self.phase {
-            Phase::Skipping => None,
-            Phase::Empty | Phase::Collecting => {
-                self.phase = Phase::Collecting;
-                if self.unstuff(byte).is_some() {
-                    return None;
-                }
-                self.phase = Phase::Skipping;
-                Some(Err(Reject::Overflow))
+        self.take(&mut [byte].as_slice())
+    }
+
+    /// Takes bytes off the front of `bytes` up to and including the one that ends a frame. `Some` for its payload with
+    /// verified checksum, or why it is none; `None` when the bytes are used up or a delimiter ended nothing.
+    ///
+    /// A full line brings nearly two thousand bytes in a minor frame, so this loop keeps its state in registers.
+    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], Reject>> {
+        let (mut len, mut left_in_block, mut zero_follows) = (self.len, self.left_in_block, self.zero_follows);
+        let mut phase = self.phase;
+        let mut rest = *bytes;
+        while let [byte, tail @ ..] = rest {
+            rest = tail;
+            if *byte == DELIMITER {
+                *bytes = rest;
+                (self.phase, self.len, self.left_in_block) = (phase, len, left_in_block);
+                return self.finish();
             }
+            if phase == Phase::Skipping {
+                continue;
+            }
+            phase = Phase::Collecting;
+            let data = if left_in_block > 0 {
+                left_in_block -= 1;
+                *byte
+            } else {
+                let zero_precedes = zero_follows;
+                left_in_block = byte.wrapping_sub(1);
+                zero_follows = *byte != FULL_BLOCK;
+                if !zero_precedes {
+                    continue;
+                }
+                0
+            };
+            let Some(slot) = self.body.get_mut(len) else {
+                *bytes = rest;
+                self.phase = Phase::Skipping;
+                return Some(Err(Reject::Overflow));
+            };
+            *slot = data;
+            len += 1;
         }
-    }
-
-    /// Takes a byte that is no delimiter; `None` when the buffer is full.
-    fn unstuff(&mut self, byte: u8) -> Option<()> {
-        if self.left_in_block > 0 {
-            self.left_in_block -= 1;
-            return self.append(byte);
-        }
-        let zero_precedes = self.zero_follows;
-        self.left_in_block = byte.wrapping_sub(1);
-        self.zero_follows = byte != FULL_BLOCK;
-        if zero_precedes { self.append(0) } else { Some(()) }
-    }
-
-    fn append(&mut self, byte: u8) -> Option<()> {
-        *self.body.get_mut(self.len)? = byte;
-        self.len += 1;
-        Some(())
+        *bytes = rest;
+        (self.phase, self.len, self.left_in_block, self.zero_follows) = (phase, len, left_in_block, zero_follows);
+        None
     }
 
     /// Judges the frame that the delimiter ends and gets ready for the next.

@@ -16,6 +16,9 @@ pub trait Packet: Serialize + DeserializeOwned {
     fn opens_session(&self) -> bool;
 }
 
+/// Tag of the packet that opens a session, in both directions: the first variant.
+const SESSION_TAG: u32 = 0;
+
 impl Packet for Uplink {
     fn opens_session(&self) -> bool {
         matches!(self, Self::Hello(_))
@@ -89,7 +92,27 @@ impl<P: Packet> Receiver<P> {
 
     /// Takes one byte; `Some` when it completes a packet that is to be used.
     pub fn push(&mut self, byte: u8, counters: &mut RejectCounters) -> Option<Frame<P>> {
-        let frame = match self.decoder.push(byte)?.and_then(decode::<Frame<P>>) {
+        self.take(&mut [byte].as_slice(), counters)
+    }
+
+    /// Takes bytes off the front of `bytes` up to the end of a frame; `Some` when that is a packet that is to be used.
+    pub fn take(&mut self, bytes: &mut &[u8], counters: &mut RejectCounters) -> Option<Frame<P>> {
+        let payload = match self.decoder.take(bytes)? {
+            Ok(payload) => payload,
+            Err(reject) => {
+                counters.count(reject);
+                return None;
+            }
+        };
+        // A flood of doubles is to cost little: their head is enough to know them.
+        if let Ok((sequence, _, tag)) = head(payload)
+            && tag != SESSION_TAG
+            && self.sequence.is_stale(sequence)
+        {
+            self.sequence.observe(sequence, counters);
+            return None;
+        }
+        let frame = match decode::<Frame<P>>(payload) {
             Ok(frame) => frame,
             Err(reject) => {
                 counters.count(reject);
@@ -105,6 +128,11 @@ impl<P: Packet> Receiver<P> {
         counters.accepted = counters.accepted.saturating_add(1);
         Some(frame)
     }
+}
+
+/// Sequence number, time stamp and tag of the packet: what every payload begins with.
+fn head(payload: &[u8]) -> Result<(u16, u32, u32), postcard::Error> {
+    postcard::take_from_bytes(payload).map(|(head, _)| head)
 }
 
 #[cfg(test)]
@@ -153,5 +181,19 @@ mod tests {
         receive(&mut receiver, &wire(&mut after, Uplink::Hello(Hello::ours(0))), &mut counters);
         receive(&mut receiver, &wire(&mut after, Uplink::Imu(Imu::default())), &mut counters);
         assert_eq!(counters, RejectCounters { accepted: 22, ..Default::default() });
+    }
+
+    #[test]
+    fn the_greeting_is_the_first_packet_of_both_directions_and_is_never_taken_for_a_double() {
+        let mut out = [0; MAX_FRAME];
+        let up = wire(&mut Sender::new(), Uplink::Hello(Hello::ours(1)));
+        let down = Sender::new().encode(MissionTime(0), Downlink::Hello(Hello::ours(1)), &mut out).unwrap().to_vec();
+        for bytes in [&up, &down] {
+            let mut decoder = Decoder::new();
+            let payload = decoder.take(&mut bytes.as_slice()).unwrap().unwrap();
+            assert_eq!(head(payload), Ok((0, 0, SESSION_TAG)));
+        }
+        let (mut receiver, mut counters) = (Receiver::new(), RejectCounters::default());
+        assert_eq!(receive(&mut receiver, &[up.clone(), up].concat(), &mut counters), [0, 0]);
     }
 }

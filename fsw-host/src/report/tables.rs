@@ -125,7 +125,7 @@ pub fn link(record: &FlightRecord) -> Markup {
 }
 
 /// Counters with what they count.
-const fn counters(c: &RejectCounters) -> [(&'static str, u32); 14] {
+const fn counters(c: &RejectCounters) -> [(&'static str, u32); 15] {
     [
         ("frames accepted", c.accepted),
         ("too long without a delimiter", c.overflow),
@@ -141,5 +141,6 @@ const fn counters(c: &RejectCounters) -> [(&'static str, u32); 14] {
         ("value not finite", c.not_finite),
         ("status forbids use", c.status),
         ("minor frames without an IMU packet", c.missed_frames),
+        ("commands beyond the most of a frame", c.flooded),
     ]
 }

@@ -242,6 +242,7 @@ impl RejectCounters {
         not_finite: 0,
         status: 0,
         missed_frames: 0,
+        flooded: 0,
     };
 }
 
@@ -277,4 +278,6 @@ pub struct RejectCounters {
     pub status: u32,
     /// Minor frames without an inertial measurement.
     pub missed_frames: u32,
+    /// Commands and greetings beyond those that one minor frame of the flight answers.
+    pub flooded: u32,
 }
