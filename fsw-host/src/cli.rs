@@ -154,6 +154,15 @@ pub struct WcetArgs {
     /// Image for the emulator to run; without it the workspace's own bench image is built.
     #[arg(long, value_name = "FILE")]
     pub image: Option<PathBuf>,
+    /// Estimates cycles too, from executed blocks; for m7.
+    #[arg(long)]
+    pub cycles: bool,
+    /// Searches for a worse frame with this many flights, and writes the worst found as worst-frame.toml to --out.
+    #[arg(long, value_name = "N", requires = "out")]
+    pub search: Option<usize>,
+    /// Seed of the search.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
     /// Folder for wcet.txt and wcet.json; files of an earlier run are replaced.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

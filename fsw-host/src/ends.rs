@@ -93,7 +93,7 @@ impl Default for LocalComputer {
 }
 
 /// The wall clock as a counter of cost. It is kept from the flight computer, whose outputs must not depend on it.
-struct Nanoseconds(Instant);
+pub(crate) struct Nanoseconds(pub(crate) Instant);
 
 impl Counter for Nanoseconds {
     fn restart(&mut self) {

@@ -1,5 +1,7 @@
 //! The hard flights: what the cost of the flight software is measured on.
 
+use std::path::Path;
+
 use fsw_core::link::parameters::{MAX_AERO_ROWS, MAX_ATMOSPHERE_ROWS};
 use hil_sim::scenario::Scenario;
 
@@ -46,8 +48,8 @@ impl HardFlight {
     }
 }
 
-/// Four radio sources above the horizon for most of the flight, each measured ten times a second.
-const SOURCES: &str = "beacon=[{name=\"a\",longitude_deg=-73.26,latitude_deg=-41.03,altitude_km=0},\
+/// Three beacons beside the orbiter: as many radio sources as the interface allows, in view for most of the flight.
+pub(super) const SOURCES: &str = "beacon=[{name=\"a\",longitude_deg=-73.26,latitude_deg=-41.03,altitude_km=0},\
      {name=\"b\",longitude_deg=-80.0,latitude_deg=-43.0,altitude_km=0},\
      {name=\"c\",longitude_deg=-86.0,latitude_deg=-44.0,altitude_km=0}]";
 /// Highest row of the tabulated air, km: above the entry.
@@ -68,8 +70,11 @@ fn tables() -> [String; 2] {
     ]
 }
 
+/// The worst input that a search has found so far, kept as a regression flight.
+const WORST_FRAME: &str = include_str!("../../../tests/cases/worst-frame.toml");
+
 /// A fault as a field to set.
-fn fault(kind: &str, target: &str, start_s: f64, duration_s: f64, parameters: &str) -> String {
+pub(super) fn fault(kind: &str, target: &str, start_s: f64, duration_s: f64, parameters: &str) -> String {
     format!(
         "{{kind=\"{kind}\",target=\"{target}\",start_s={start_s},duration_s={duration_s},parameters={{{parameters}}}}}"
     )
@@ -100,9 +105,20 @@ pub fn hard_flights() -> Result<Vec<HardFlight>, HostError> {
         fault("dropout", "imu", 170.0, 0.5, ""),
     ]);
     let noisy = faults(&[fault("bit-flips", "uplink", 0.0, 1000.0, "per_packet=0.05")]);
-    let rates = ["sensors.radio.rate_hz=50", "sensors.pressure.rate_hz=50", NO_BLACKOUT];
-    let everything = ["sensors.pressure.min_dynamic_pressure_pa=0", SOURCES];
-    let every = [rates.as_slice(), &everything].concat();
+    let flooded = faults(&[
+        fault("duplicate", "uplink", 40.0, 20.0, "copies=3"),
+        fault("duplicate", "uplink", 80.0, 5.0, "copies=60"),
+        fault("garbage", "uplink", 110.0, 5.0, "bytes=1843,piece=1"),
+        fault("garbage", "uplink", 120.0, 5.0, "bytes=1843,piece=250"),
+        fault("garbage", "uplink", 130.0, 5.0, "bytes=1843,piece=2000"),
+    ]);
+    let bursts = faults(&[
+        fault("hold", "uplink", 60.0, 0.1, ""),
+        fault("hold", "uplink", 80.0, 0.3, ""),
+        fault("hold", "uplink", 120.0, 1.0, ""),
+        fault("hold", "uplink", 160.0, 4.0, ""),
+    ]);
+    let every = ["sensors.pressure.min_dynamic_pressure_pa=0", SOURCES, NO_BLACKOUT];
     let hard = [every.as_slice(), &[air.as_str(), aero.as_str(), noisy.as_str()]].concat();
     let new = HardFlight::new;
     Ok(vec![
@@ -114,14 +130,17 @@ pub fn hard_flights() -> Result<Vec<HardFlight>, HostError> {
         new("range trigger", "msl", &["deploy.trigger=range"])?,
         new("dead reckoning", "msl", &["navigation.filter=dead-reckoning"])?,
         new("ideal navigation", "msl-ideal", &[])?,
-        new("every source at 50 Hz", "msl", &every)?,
+        new("every source", "msl", &every)?,
         new("sensor faults", "msl", &[&sensor_faults])?.dispersed(5),
         new("gaps", "msl", &[&gaps])?,
+        new("bursts after gaps", "msl", &[&bursts])?,
+        new("flooded line", "msl", &[&flooded])?,
         new("noisy line", "msl", &[&noisy])?.dispersed(6),
         new("steep", "msl", &["entry.flight_path_angle_deg=-17.5"])?,
         new("shallow", "msl", &["entry.flight_path_angle_deg=-11.5", "time_limit_s=500"])?,
         new("tables", "msl", &[&air, &aero])?,
         new("everything at once", "msl", &hard)?.dispersed(7),
+        HardFlight::of("worst found", Scenario::from_text("worst-frame", WORST_FRAME, Path::new(""), &[])?),
     ])
 }
 

@@ -4,8 +4,11 @@
 //! each of its minor frames as it goes.
 
 mod bar;
+mod cycles;
 pub mod flights;
+pub mod host;
 pub mod ledger;
+pub mod search;
 pub mod table;
 pub mod target;
 pub mod uplink;
@@ -20,10 +23,10 @@ use serde::Serialize;
 use crate::cli::{WcetArgs, WcetPlace};
 use crate::error::HostError;
 use crate::output::{print, print_json};
-use crate::target::bench::BENCH_IMAGE;
+use crate::target::bench::{BENCH_IMAGE, Bench, PATIENCE};
 use crate::target::{Image, Target};
 use bar::Bar;
-use flights::hard_flights;
+use flights::{HardFlight, hard_flights};
 use fsw_core::executive::schedule::SCHEDULE;
 use ledger::{FrameCost, evenness};
 use table::{Flown, Row};
@@ -32,6 +35,8 @@ use table::{Flown, Row};
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// The figures in an output folder.
 const JSON_FILE: &str = "wcet.json";
+/// The worst flight of a search there.
+const WORST_FILE: &str = "worst-frame.toml";
 /// The table there.
 const TEXT_FILE: &str = "wcet.txt";
 
@@ -50,6 +55,9 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// The flights.
     pub flights: Vec<FlightSummary>,
+    /// Tables of the estimate of cycles, for people.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<String>,
 }
 
 /// A flight of the report.
@@ -91,16 +99,65 @@ pub fn run(args: &WcetArgs) -> Result<bool, HostError> {
     let visible = !args.quiet && !args.json;
     let target = match args.target {
         WcetPlace::Emulated(target) => target,
-        WcetPlace::Host => return Err(HostError::Option("--target host is not there yet".into())),
+        WcetPlace::Host => return on_host(args, visible),
     };
     let image = image(args, target, visible)?;
-    let flights = hard_flights()?;
+    let bench = Bench { target, image: &image, plugin: None, interrupt: &INTERRUPTED, patience: PATIENCE };
+    let mut flights = hard_flights()?;
+    if let Some(candidates) = args.search {
+        flights.extend(search_for_worse(args, &bench, candidates, visible)?);
+    }
     let bar = Bar::new(visible, flights.len());
-    let flown = target::measure(target, &image, &flights, &INTERRUPTED, &bar)?;
+    let (flown, estimate) = if args.cycles {
+        let (flown, estimate) = cycles::measure(&bench, &flights, &bar)?;
+        (flown, Some(estimate))
+    } else {
+        (target::measure(&bench, &flights, &bar)?, None)
+    };
     drop(bar);
-    let report = report(target.name(), target::granularity(target), Some(image.sha256), &flown, true);
+    let mut report = report(target.name(), target::granularity(target), Some(image.sha256.clone()), &flown, true);
+    if let Some(estimate) = estimate {
+        estimate.enter(&mut report);
+    }
     publish(args, &report)?;
     Ok(!report.rows.iter().any(Row::is_over))
+}
+
+/// Wall time in this process.
+fn on_host(args: &WcetArgs, visible: bool) -> Result<bool, HostError> {
+    if args.image.is_some() || args.cycles || args.search.is_some() {
+        return Err(HostError::Option("--image, --cycles and --search are for --target m7 or rv64".into()));
+    }
+    let flights = hard_flights()?;
+    let bar = Bar::new(visible, flights.len());
+    let flown = host::measure(&flights, &INTERRUPTED, &bar)?;
+    drop(bar);
+    publish(args, &report("host", host::GRANULARITY, None, &flown, false))?;
+    Ok(true)
+}
+
+/// The worst flight that a search finds, written as a scenario file; none when it found none.
+fn search_for_worse(
+    args: &WcetArgs,
+    bench: &Bench<'_>,
+    candidates: usize,
+    visible: bool,
+) -> Result<Option<HardFlight>, HostError> {
+    let bar = Bar::new(visible, candidates);
+    let found = target::search(bench, candidates, args.seed, &bar)?;
+    drop(bar);
+    let (Some((genome, cost)), Some(folder)) = (found.worst, &args.out) else { return Ok(None) };
+    let (target, seed) = (bench.target.name(), args.seed);
+    let comment = [
+        "The default scenario with the entry, air, sources and faults of the worst minor frame that a search found:"
+            .into(),
+        format!("{cost} instructions on {target}, by"),
+        format!("  aeroshell wcet --target {target} --search {candidates} --seed {seed} --out DIR"),
+    ];
+    keep(folder, WORST_FILE, &search::scenario_file(&genome, &comment))?;
+    INTERRUPTED.store(false, Ordering::Relaxed);
+    let found = search::flight(&genome)?;
+    Ok(Some(HardFlight { name: "found by this search".into(), ..found }))
 }
 
 fn image(args: &WcetArgs, target: Target, visible: bool) -> Result<Image, HostError> {
@@ -117,9 +174,10 @@ fn image(args: &WcetArgs, target: Target, visible: bool) -> Result<Image, HostEr
 
 fn report(target: &str, unit: &str, image_sha256: Option<String>, flown: &[Flown], budgeted: bool) -> Report {
     let rows = table::rows(flown, budgeted);
-    let metrics = table::metrics(flown, &rows);
+    // The names are those of instructions.
+    let metrics = if budgeted { table::metrics(flown, &rows) } else { BTreeMap::new() };
     let flights = flown.iter().map(summary).collect();
-    Report { target: target.to_owned(), unit: unit.to_owned(), image_sha256, metrics, rows, flights }
+    Report { target: target.to_owned(), unit: unit.to_owned(), image_sha256, metrics, rows, flights, cycles: None }
 }
 
 fn summary(flown: &Flown) -> FlightSummary {
@@ -182,6 +240,10 @@ fn text_of(report: &Report) -> String {
         if let Some(Uneven { ratio, worst_frame, time_s, slots }) = &flight.uneven {
             frame_line(&mut text, &format!("{:<22} {ratio:.2}", flight.name), *worst_frame, *time_s, slots);
         }
+    }
+    if let Some(cycles) = &report.cycles {
+        text.push('\n');
+        text.push_str(cycles);
     }
     text
 }

@@ -1,15 +1,16 @@
 //! The hard flights on an emulated processor: flown in this process, replayed there.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering;
 
 use super::bar::Bar;
 use super::flights::HardFlight;
 use super::ledger::FlightCost;
+use super::search::{self, ROUND, Search};
 use super::table::Flown;
 use super::uplink::record;
 use crate::error::HostError;
-use crate::target::bench::{Bench, PATIENCE};
-use crate::target::{Image, Target};
+use crate::target::bench::Bench;
+use crate::target::{Target, TargetError};
 
 /// Flights of one boot: few enough that the bar moves.
 const FLIGHTS_PER_BOOT: usize = 4;
@@ -18,27 +19,47 @@ const FLIGHTS_PER_BOOT: usize = 4;
 ///
 /// # Errors
 /// A flight cannot be flown, or the target fails.
-pub fn measure(
-    target: Target,
-    image: &Image,
-    flights: &[HardFlight],
-    interrupt: &AtomicBool,
-    bar: &Bar,
-) -> Result<Vec<Flown>, HostError> {
-    let bench = Bench { target, image, plugin: None, interrupt, patience: PATIENCE };
-    let mut flown = Vec::with_capacity(flights.len());
+pub fn measure(bench: &Bench<'_>, flights: &[HardFlight], bar: &Bar) -> Result<Vec<Flown>, HostError> {
+    let mut all = Vec::with_capacity(flights.len());
     for batch in flights.chunks(FLIGHTS_PER_BOOT) {
         let names: Vec<_> = batch.iter().map(|flight| flight.name.as_str()).collect();
-        bar.at(flown.len(), &names.join(", "));
+        bar.at(all.len(), &names.join(", "));
         let logs = batch.iter().map(|flight| record(flight).map(|recording| recording.log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
         let costs = bench.run(&logs)?.into_iter().map(|answer| FlightCost::of_answer(&answer));
-        flown.extend(batch.iter().zip(costs).map(|(flight, cost)| {
-            let HardFlight { name, default_model, .. } = flight;
-            Flown { name: name.clone(), default_model: *default_model, cost }
-        }));
+        all.extend(batch.iter().zip(costs).map(|(flight, cost)| flown(flight, cost)));
     }
-    Ok(flown)
+    Ok(all)
+}
+
+/// What a flight cost, under its name.
+#[must_use]
+pub fn flown(flight: &HardFlight, cost: FlightCost) -> Flown {
+    Flown { name: flight.name.clone(), default_model: flight.default_model, cost }
+}
+
+/// Searches for the worst frame on a target, with about `candidates` flights. An interrupt ends it with what it has found.
+///
+/// # Errors
+/// A candidate cannot be flown, or the target fails.
+pub fn search(bench: &Bench<'_>, candidates: usize, seed: u64, bar: &Bar) -> Result<Search, HostError> {
+    let (mut search, mut tried) = (Search::new(seed), 0);
+    while tried < candidates && !bench.interrupt.load(Ordering::Relaxed) {
+        let worst = search.worst.map_or(0, |(_, cost)| cost);
+        bar.at(tried, &format!("worst frame so far {worst}"));
+        let genomes = search.breed(ROUND.min(candidates - tried));
+        tried += genomes.len();
+        let logs = genomes.iter().map(|genome| Ok(record(&search::flight(genome)?)?.log));
+        let logs = logs.collect::<Result<Vec<_>, HostError>>()?;
+        let answers = match bench.run(&logs) {
+            Err(TargetError::Interrupted) => break,
+            answers => answers?,
+        };
+        let worst = |answer: &Vec<u8>| FlightCost::of_answer(answer).frames.iter().map(|f| f.whole).max().unwrap_or(0);
+        let costs: Vec<_> = genomes.into_iter().zip(answers.iter().map(worst)).collect();
+        search.learn(&costs);
+    }
+    Ok(search)
 }
 
 /// What the figures of a target are, in words.
