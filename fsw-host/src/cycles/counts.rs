@@ -53,6 +53,11 @@ impl BlockCounts {
         self.frames.iter().map(|&start| take_entries(&mut &self.bytes[start..]).unwrap_or_default())
     }
 
+    /// Forgets the first frames.
+    pub fn skip_frames(&mut self, count: usize) {
+        self.frames.drain(..count.min(self.frames.len()));
+    }
+
     /// Whether the guest ended in good order; otherwise the frames are those until it was killed.
     pub fn complete(&self) -> bool {
         self.complete
@@ -126,6 +131,9 @@ mod tests {
         assert_eq!(counts.blocks(), [Block { start: 0x400, instructions: 3 }, Block { start: 0x500, instructions: 9 }]);
         assert_eq!(counts.frames().collect::<Vec<_>>(), [[Executions { block: 1, times: 200 }]]);
         assert!(counts.complete());
+        let mut later = counts;
+        later.skip_frames(7);
+        assert_eq!(later.frames().count(), 0);
     }
 
     #[test]

@@ -131,8 +131,14 @@ impl Estimator {
 
     /// Reads the counts of a run and puts cycles to them.
     pub fn report(&self, counts: &Path) -> Result<CycleReport, CycleError> {
+        self.report_after(counts, 0)
+    }
+
+    /// The same without the first frames: before a flight, loading and arming go into the first.
+    pub fn report_after(&self, counts: &Path, frames: usize) -> Result<CycleReport, CycleError> {
         let bytes = std::fs::read(counts).map_err(|source| CycleError::NoCounts { path: counts.to_owned(), source })?;
-        let counts = counts::BlockCounts::parse(bytes)?;
+        let mut counts = counts::BlockCounts::parse(bytes)?;
+        counts.skip_frames(frames);
         Ok(CycleReport::new(&counts, &blocks::costs(&self.listing, counts.blocks())?))
     }
 }
