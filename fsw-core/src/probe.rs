@@ -170,8 +170,11 @@ pub struct FrameMeter<C> {
     counter: C,
     /// The frame being worked on.
     open: MeasuredCost,
-    /// The dearest frame closed since the last [`FrameMeter::take`].
+    /// The dearest frame closed since the last [`FrameMeter::take`], without its slot `Receive`, which the frames share.
     closed: Option<MeasuredCost>,
+    /// Frames closed since then, and what receiving cost them together.
+    closed_frames: u32,
+    received: u32,
     frame_began: u32,
     slot_began: u32,
     mark: u32,
@@ -185,6 +188,8 @@ impl<C: Counter> FrameMeter<C> {
             counter,
             open: MeasuredCost::NONE,
             closed: None,
+            closed_frames: 0,
+            received: 0,
             frame_began: 0,
             slot_began: 0,
             mark: 0,
@@ -218,8 +223,14 @@ impl<C: Counter> Meter for FrameMeter<C> {
     }
 
     fn take(&mut self) -> Option<MeasuredCost> {
-        let stack_high_water_bytes = self.stack_high_water_bytes;
-        self.closed.take().map(|cost| MeasuredCost { stack_high_water_bytes, ..cost })
+        let mut cost = self.closed.take()?;
+        let frames = core::mem::take(&mut self.closed_frames);
+        let share = core::mem::take(&mut self.received).checked_div(frames).unwrap_or(0);
+        cost.whole = cost.whole.saturating_add(share);
+        let [receive, ..] = &mut cost.slots;
+        *receive = share;
+        cost.stack_high_water_bytes = self.stack_high_water_bytes;
+        Some(cost)
     }
 
     fn note_stack(&mut self, high_water_bytes: u32) {
@@ -253,12 +264,17 @@ impl<C: Counter> Probe for FrameMeter<C> {
     #[inline(never)]
     fn frame_done(&mut self) {
         let now = self.counter.read();
-        self.open.whole = self.open.whole.saturating_add(now.saturating_sub(self.frame_began));
-        if self.closed.is_none_or(|dearest| self.open.whole > dearest.whole) {
-            self.closed = Some(self.open);
-        }
-        self.open = MeasuredCost::NONE;
+        let mut frame = core::mem::replace(&mut self.open, MeasuredCost::NONE);
+        frame.whole = frame.whole.saturating_add(now.saturating_sub(self.frame_began));
         self.frame_began = now;
+        // Packets that came while frames went missing came in the time of those frames.
+        let [receive, ..] = &mut frame.slots;
+        self.received = self.received.saturating_add(*receive);
+        frame.whole = frame.whole.saturating_sub(core::mem::take(receive));
+        self.closed_frames = self.closed_frames.saturating_add(1);
+        if self.closed.is_none_or(|dearest| frame.whole > dearest.whole) {
+            self.closed = Some(frame);
+        }
     }
 
     fn nothing_done(&mut self) {
@@ -345,6 +361,17 @@ mod tests {
         meter.frame_done();
         meter.frame_done();
         assert_eq!(meter.take().unwrap().whole, 20);
+    }
+
+    #[test]
+    fn frames_closed_together_share_what_receiving_cost() {
+        let mut meter = FrameMeter::new(Ticks::default());
+        meter.resume();
+        meter.slot_done(SlotId::Receive); // 10
+        meter.frame_done(); // 20: 10 of its own
+        meter.frame_done(); // 30: 10 of its own
+        let cost = meter.take().unwrap();
+        assert_eq!((cost.whole, cost.slots[SlotId::Receive as usize]), (15, 5));
     }
 
     #[test]

@@ -36,8 +36,9 @@ use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
 
-/// Steps that the first cycle expects a prediction to take: as many as it is allowed.
-const LONGEST_PREDICTION: u32 = cycle::MAX_EVALUATIONS as u32 / 16;
+/// Steps that the first cycle expects a prediction to take: half of what it is allowed. One that takes more is noticed
+/// while it is flown, and the quota grows.
+const LONGEST_PREDICTION: u32 = cycle::MAX_EVALUATIONS as u32 / 32;
 
 /// Parameters and model that guidance flies with; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
