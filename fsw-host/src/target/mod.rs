@@ -1,7 +1,7 @@
 //! The flight computer as a processor of its own: emulated in QEMU, or a board on a serial line.
 //!
 //! [`Image`] is what runs there, [`Qemu`] the emulator that runs it, [`RemoteComputer`] the end of the link in this
-//! process, [`BoardLog`] what the board says about itself beside the link, [`bench`] a board that works off files.
+//! process, [`BoardLog`] what the board says about itself beside the link, [`mod@bench`] a board that works off files.
 
 pub mod bench;
 mod board_log;
