@@ -50,7 +50,9 @@ pub fn measure(bench: &Bench<'_>, flights: &[HardFlight], bar: &Bar) -> Result<(
         let argument = estimator.plugin_argument(&plugin, &counts.0);
         let counted = Bench { plugin: Some(&argument), ..*bench };
         let answers = counted.run(&[record(flight)?.log])?;
-        all.extend(answers.iter().map(|answer| flown(flight, FlightCost::of_answer(answer))));
+        for answer in &answers {
+            all.push(flown(flight, FlightCost::of_answer(answer))?);
+        }
         estimate.take(&flight.name, estimator.report_after(&counts.0, SET_UP_FRAMES).map_err(refused)?);
     }
     Ok((all, estimate))
@@ -66,7 +68,7 @@ impl Estimate {
 
     /// Puts the estimate into a report.
     pub fn enter(mut self, report: &mut Report) {
-        let Some((flight, worst)) = &self.worst else { return };
+        let Some((flight, worst)) = self.worst.as_ref().filter(|_| !self.frames.is_empty()) else { return };
         let middle = self.frames.len() / 2;
         let median = *self.frames.select_nth_unstable(middle).1 as f64;
         let maximum = worst.worst().cycles as f64;

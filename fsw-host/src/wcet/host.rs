@@ -35,7 +35,7 @@ pub fn measure(flights: &[HardFlight], interrupt: &AtomicBool, bar: &Bar) -> Res
         }
         bar.at(all.len(), &flight.name);
         let log = record(flight)?.log;
-        all.push(flown(flight, replay(&log, &mut FrameMeter::new(Nanoseconds(Instant::now())))));
+        all.push(flown(flight, replay(&log, &mut FrameMeter::new(Nanoseconds(Instant::now()))))?);
     }
     Ok(all)
 }
@@ -68,6 +68,13 @@ pub fn replay(log: &[u8], meter: &mut impl Meter) -> FlightCost {
 mod tests {
     use super::*;
     use fsw_core::probe::Counter;
+
+    #[test]
+    fn a_flight_of_which_no_frame_was_measured_is_an_error() {
+        let flight = HardFlight::new("short", "msl", &[]).unwrap();
+        let error = flown(&flight, FlightCost::default()).unwrap_err().to_string();
+        assert!(error.contains("\"short\" reported its cost; the image was built from other sources"), "{error}");
+    }
 
     /// Counts one at every reading.
     struct Readings(u32);

@@ -27,15 +27,24 @@ pub fn measure(bench: &Bench<'_>, flights: &[HardFlight], bar: &Bar) -> Result<V
         let logs = batch.iter().map(|flight| record(flight).map(|recording| recording.log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
         let costs = bench.run(&logs)?.into_iter().map(|answer| FlightCost::of_answer(&answer));
-        all.extend(batch.iter().zip(costs).map(|(flight, cost)| flown(flight, cost)));
+        for (flight, cost) in batch.iter().zip(costs) {
+            all.push(flown(flight, cost)?);
+        }
     }
     Ok(all)
 }
 
 /// What a flight cost, under its name.
-#[must_use]
-pub fn flown(flight: &HardFlight, cost: FlightCost) -> Flown {
-    Flown { name: flight.name.clone(), default_model: flight.default_model, cost }
+///
+/// # Errors
+/// No frame reported its cost: the flight computer did not fly, as one that was built from other packets does not.
+pub fn flown(flight: &HardFlight, cost: FlightCost) -> Result<Flown, HostError> {
+    let HardFlight { name, default_model, .. } = flight;
+    if cost.frames.is_empty() {
+        let cause = "the image was built from other sources than this program: build both anew, or leave --image out";
+        return Err(HostError::Option(format!("no frame of the flight \"{name}\" reported its cost; {cause}")));
+    }
+    Ok(Flown { name: name.clone(), default_model: *default_model, cost })
 }
 
 /// Searches for the worst frame on a target, with about `candidates` flights. An interrupt ends it with what it has found.
