@@ -27,7 +27,7 @@ pub enum Command {
     Fly(FlyArgs),
     /// Propagate one open-loop entry of the truth at a constant bank to CSV.
     Propagate(PropagateArgs),
-    /// Feed a recorded link log to a fresh flight computer and compare every byte of its output.
+    /// Feed recorded link logs to a fresh flight computer and compare every byte of its output.
     Replay(ReplayArgs),
     /// Measure what the flight software costs, per schedule slot and per algorithm, over a set of hard flights.
     Wcet(WcetArgs),
@@ -135,8 +135,15 @@ pub struct PropagateArgs {
 /// Options of `replay`.
 #[derive(Clone, Debug, Args)]
 pub struct ReplayArgs {
-    /// Run folder, or a link.bin.
-    pub run: PathBuf,
+    /// Run folder, or a link.bin; several on an emulated processor are replayed in one boot.
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
+    /// Where the fresh flight computer runs: in-process, qemu:m7 or qemu:rv64.
+    #[arg(long, value_name = "WHERE", default_value = "in-process")]
+    pub computer: ComputerPlace,
+    /// The image `bench` for QEMU to run; without it the workspace's own is built.
+    #[arg(long, value_name = "FILE")]
+    pub image: Option<PathBuf>,
     /// Prints a machine-readable verdict.
     #[arg(long)]
     pub json: bool,

@@ -54,6 +54,11 @@ impl<W: Write> LinkLogWriter<W> {
         self.out.write_all(bytes)
     }
 
+    /// The medium, with what has been written.
+    pub fn into_inner(self) -> W {
+        self.out
+    }
+
     /// Hands everything to the operating system.
     ///
     /// # Errors

@@ -4,7 +4,6 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use fsw_host::cli::{Cli, Command};
-use fsw_host::ends::LocalComputer;
 use fsw_host::error::HostError;
 use fsw_host::{fly, propagate, replay, scenarios, wcet};
 
@@ -14,7 +13,7 @@ fn main() -> ExitCode {
         None => fly::run(&cli.fly),
         Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
-        Some(Command::Replay(args)) => replay::run(&args, &mut LocalComputer::default()),
+        Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Wcet(args)) => wcet::run(&args),
         Some(Command::Scenario(command)) => scenarios::run(&command),
     };

@@ -3,21 +3,23 @@
 //! Outside the comparison: the build identity in `Hello`, and the measured cost and stack use in `HealthTlm`, which
 //! belong to the machine and not to the flight.
 
-use std::collections::VecDeque;
+mod comparison;
+
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use fsw_core::link::packet::{Downlink, Frame, HealthTlm};
+use fsw_core::link::packet::Downlink;
 use fsw_core::link::schema::SCHEMA_HASH;
 use serde::Serialize;
-use serde_json::Value;
 
-use crate::cli::ReplayArgs;
-use crate::ends::{ComputerEnd, ComputerError};
+use crate::cli::{ComputerPlace, ReplayArgs};
+use crate::ends::{ComputerEnd, ComputerError, LocalComputer};
 use crate::error::HostError;
 use crate::linklog::{Direction, LinkLog, LinkLogError};
 use crate::output::{print, print_json};
-use crate::tap::{Heard, Tap};
+use crate::tap::Tap;
+use crate::target::{Image, Target, TargetError, bench};
+use comparison::{Piece, Replay};
 
 /// Outcome of a replay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,7 +79,7 @@ pub fn read_log(run: &Path) -> Result<LinkLog, HostError> {
 /// # Errors
 /// The computer is lost.
 pub fn replay(log: &LinkLog, computer: &mut dyn ComputerEnd) -> Result<Verdict, ComputerError> {
-    let mut replay = Replay { expected: VecDeque::new(), answered: VecDeque::new(), packets: 0, frames: 0 };
+    let mut replay = Replay::default();
     let (mut recorded, mut replayed) = (Tap::<Downlink>::default(), Tap::<Downlink>::default());
     let mut answer = Vec::with_capacity(4_096);
     let mut difference = None;
@@ -97,31 +99,73 @@ pub fn replay(log: &LinkLog, computer: &mut dyn ComputerEnd) -> Result<Verdict, 
             break;
         }
     }
-    // A log cut off in the middle lacks answers; a whole one must not.
-    let difference = difference.or_else(|| if log.truncated { None } else { replay.left_over() });
-    Ok(Verdict {
-        identical: difference.is_none(),
-        packets: replay.packets,
-        frames: replay.frames,
-        truncated: log.truncated,
-        difference,
-    })
+    Ok(replay.verdict(log, difference))
 }
 
-/// Runs the command into a fresh `computer`; true when the replay is identical.
+/// Compares the whole answer of another flight computer to the uplink of a log with the one in the log.
+#[must_use]
+pub fn compare(log: &LinkLog, answer: &[u8]) -> Verdict {
+    let mut replay = Replay::default();
+    let mut recorded = Tap::<Downlink>::default();
+    for (_, bytes) in log.records().filter(|(direction, _)| *direction == Direction::Down) {
+        recorded.feed(bytes, |piece, heard| replay.expected.push_back(Piece::new(piece, heard)));
+    }
+    Tap::<Downlink>::default().feed(answer, |piece, heard| replay.answered.push_back(Piece::new(piece, heard)));
+    let difference = replay.compare();
+    replay.verdict(log, difference)
+}
+
+/// Runs the command; true when every replay is identical.
 ///
 /// # Errors
-/// The log cannot be read, or the computer is lost.
-pub fn run(args: &ReplayArgs, computer: &mut dyn ComputerEnd) -> Result<bool, HostError> {
-    let verdict = replay(&read_log(&args.run)?, computer)?;
+/// A log cannot be read, or the computer cannot be had.
+pub fn run(args: &ReplayArgs) -> Result<bool, HostError> {
+    let logs = args.runs.iter().map(|run| read_log(run)).collect::<Result<Vec<_>, _>>()?;
+    let verdicts = match &args.computer {
+        ComputerPlace::InProcess if args.image.is_some() => {
+            return Err(TargetError::ImageNotTaken(args.computer.to_string()).into());
+        }
+        ComputerPlace::InProcess => {
+            let replay = |log: &LinkLog| replay(log, &mut LocalComputer::default());
+            logs.iter().map(replay).collect::<Result<Vec<_>, _>>()?
+        }
+        ComputerPlace::Qemu(target) => on_target(*target, args.image.as_deref(), &logs)?,
+        ComputerPlace::Serial(_) => {
+            let reason = "a board on a serial line takes no replay: take in-process, qemu:m7 or qemu:rv64";
+            return Err(HostError::Option(reason.into()));
+        }
+    };
+    tell(args, &verdicts)?;
+    Ok(verdicts.iter().all(|verdict| verdict.identical))
+}
+
+/// Replays logs on a target, one after the other in one boot.
+fn on_target(target: Target, image: Option<&Path>, logs: &[LinkLog]) -> Result<Vec<Verdict>, HostError> {
+    let image = match image {
+        Some(path) => Image::open(target, path)?,
+        None => Image::build(target, bench::BENCH_IMAGE)?,
+    };
+    let uplinks: Vec<_> = logs.iter().map(bench::uplink_of).collect();
+    let answers = bench::run(target, &image, &uplinks, bench::PATIENCE)?;
+    Ok(logs.iter().zip(&answers).map(|(log, answer)| compare(log, answer)).collect())
+}
+
+fn tell(args: &ReplayArgs, verdicts: &[Verdict]) -> Result<(), HostError> {
     if args.json {
-        print_json(&verdict)?;
-    } else if !args.quiet {
-        print(&verdict.sentence())?;
-    } else if !verdict.identical {
-        eprint!("aeroshell: {}", verdict.sentence());
+        return match verdicts {
+            [verdict] => print_json(verdict),
+            _ => print_json(&verdicts),
+        };
     }
-    Ok(verdict.identical)
+    for (run, verdict) in args.runs.iter().zip(verdicts) {
+        let run = if args.runs.len() > 1 { format!("{}: ", run.display()) } else { String::new() };
+        if !args.quiet {
+            print(&format!("{run}{}", verdict.sentence()))?;
+        } else if !verdict.identical {
+            eprint!("aeroshell: {run}{}", verdict.sentence());
+        }
+    }
+    Ok(())
 }
 
 impl Verdict {
@@ -142,143 +186,15 @@ impl Verdict {
     }
 }
 
-/// One downlink packet, or bytes that are none.
-struct Piece {
-    bytes: Vec<u8>,
-    frame: Option<Frame<Downlink>>,
-}
-
-impl Piece {
-    fn new(bytes: &[u8], heard: Heard<Downlink>) -> Self {
-        let frame = match heard {
-            Heard::Packet(frame) => Some(comparable(frame)),
-            Heard::Damaged(_) | Heard::Nothing => None,
-        };
-        Self { bytes: bytes.to_vec(), frame }
-    }
-
-    fn kind(&self) -> String {
-        let kind = match self.frame.as_ref().map(|f| &f.packet) {
-            None => "undecodable bytes",
-            Some(Downlink::Hello(_)) => "Hello",
-            Some(Downlink::Actuator(_)) => "Actuator",
-            Some(Downlink::NavTlm(_)) => "NavTlm",
-            Some(Downlink::GuidanceTlm(_)) => "GuidanceTlm",
-            Some(Downlink::HealthTlm(_)) => "HealthTlm",
-            Some(Downlink::Event(_)) => "Event",
-            Some(Downlink::CommandReply(_)) => "CommandReply",
-            Some(Downlink::CostTlm(_)) => "CostTlm",
-        };
-        kind.to_owned()
-    }
-}
-
-/// The packet without what belongs to the machine.
-fn comparable(mut frame: Frame<Downlink>) -> Frame<Downlink> {
-    match &mut frame.packet {
-        Downlink::Hello(hello) => hello.build_id = 0,
-        Downlink::HealthTlm(health) => {
-            let blank = HealthTlm::default();
-            health.worst_cost = blank.worst_cost;
-            health.worst_frame = blank.worst_frame;
-            health.stack_high_water_bytes = blank.stack_high_water_bytes;
-        }
-        _ => {}
-    }
-    frame
-}
-
-struct Replay {
-    expected: VecDeque<Piece>,
-    answered: VecDeque<Piece>,
-    packets: usize,
-    frames: u32,
-}
-
-impl Replay {
-    /// Compares as far as both sides have spoken.
-    fn compare(&mut self) -> Option<Difference> {
-        while let (Some(expected), Some(answered)) = (self.expected.front(), self.answered.front()) {
-            if !same(expected, answered) {
-                let (field, recorded, replayed) = first_difference(&tree(expected), &tree(answered), "");
-                return Some(self.difference(expected.kind(), field, recorded, replayed));
-            }
-            if let Some(Downlink::Actuator(actuator)) = expected.frame.as_ref().map(|f| &f.packet) {
-                self.frames = actuator.frame;
-            }
-            self.packets += 1;
-            self.expected.pop_front();
-            self.answered.pop_front();
-        }
-        None
-    }
-
-    fn left_over(&self) -> Option<Difference> {
-        let missing = || "nothing".to_owned();
-        if let Some(piece) = self.expected.front() {
-            return Some(self.difference(piece.kind(), String::new(), tree(piece).to_string(), missing()));
-        }
-        let piece = self.answered.front()?;
-        Some(self.difference(piece.kind(), String::new(), missing(), tree(piece).to_string()))
-    }
-
-    fn difference(&self, kind: String, field: String, recorded: String, replayed: String) -> Difference {
-        Difference { frame: self.frames + 1, packet: self.packets, kind, field, recorded, replayed }
-    }
-}
-
-fn same(a: &Piece, b: &Piece) -> bool {
-    a.bytes == b.bytes || (a.frame.is_some() && bits(a) == bits(b))
-}
-
-/// Postcard form: equal exactly when every bit of every field is, NaN included.
-fn bits(piece: &Piece) -> Vec<u8> {
-    let mut room = [0u8; fsw_core::link::framing::MAX_PAYLOAD];
-    match piece.frame.as_ref().map(|frame| postcard::to_slice(frame, &mut room)) {
-        Some(Ok(bytes)) => bytes.to_vec(),
-        _ => piece.bytes.clone(),
-    }
-}
-
-fn tree(piece: &Piece) -> Value {
-    match piece.frame.as_ref().map(serde_json::to_value) {
-        Some(Ok(value)) => value,
-        _ => Value::String(format!("{} bytes", piece.bytes.len())),
-    }
-}
-
-/// Path and values of the first leaf that differs; leaves that print alike (NaN) are told apart by nothing but name.
-fn first_difference(a: &Value, b: &Value, path: &str) -> (String, String, String) {
-    let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match (a, b) {
-        (Value::Object(x), Value::Object(y)) => {
-            for (key, left) in x {
-                match y.get(key) {
-                    Some(right) if left != right => return first_difference(left, right, &join(key)),
-                    Some(_) => {}
-                    None => return (join(key), left.to_string(), b.to_string()),
-                }
-            }
-        }
-        (Value::Array(x), Value::Array(y)) if x.len() == y.len() => {
-            for (index, (left, right)) in x.iter().zip(y).enumerate() {
-                if left != right {
-                    return first_difference(left, right, &join(&index.to_string()));
-                }
-            }
-        }
-        _ => {}
-    }
-    (path.to_owned(), a.to_string(), b.to_string())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::linklog::LinkLogWriter;
     use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
-    use fsw_core::link::packet::{Actuator, Hello};
+    use fsw_core::link::packet::Frame;
+    use fsw_core::link::packet::{Actuator, HealthTlm, Hello};
     use fsw_core::time::MissionTime;
+    use std::collections::VecDeque;
     use std::time::Instant;
 
     /// Answers the n-th exchange with the n-th script entry.

@@ -15,11 +15,25 @@ const BYTES_BEFORE_THE_CUT: u64 = 20_000;
 /// Longest wait for that.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// The folder of the programs that users start, built. With the whole workspace in view, as the tests are: by themselves
+/// they would be built a second time, with other features of the crates that they share.
+pub fn programs(shell: &Shell) -> Result<PathBuf> {
+    cmd!(shell, "cargo build --quiet --release --workspace --bin aeroshell --bin hil-sim").quiet().run()?;
+    Ok(target_directory(shell)?.join("release"))
+}
+
+/// The default flight as a new user starts it, and its replay.
+pub fn default_flight(shell: &Shell) -> Result<()> {
+    let (aeroshell, folder) = (programs(shell)?.join("aeroshell"), shell.create_temp_dir()?);
+    let out = folder.path().join("run");
+    cmd!(shell, "{aeroshell} fly --quiet --out {out}").quiet().run()?;
+    Ok(cmd!(shell, "{aeroshell} replay --quiet {out}").quiet().run()?)
+}
+
 /// One seed in process, over TCP and over a pseudo-terminal against a `hil-sim` process: the same hash, each replayed
 /// identically; another seed another hash. A `hil-sim` that dies in mid-flight leaves a run marked failed.
 pub fn separate_processes(shell: &Shell) -> Result<()> {
-    cmd!(shell, "cargo build --quiet --release --package fsw-host --package hil-sim --bins").quiet().run()?;
-    let bench = Bench { programs: target_directory(shell)?.join("release"), folder: shell.create_temp_dir()? };
+    let bench = Bench { programs: programs(shell)?, folder: shell.create_temp_dir()? };
 
     let here = bench.fly("in-process", "1")?;
     let simulator = Simulator::start(&bench.programs)?;

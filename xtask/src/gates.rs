@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
 use crate::budgets::Part;
 use crate::image::{self, TARGETS};
-use crate::{budgets, debian, flights, symbols};
+use crate::{budgets, debian, flights, on_target, symbols};
 
 /// Programs beyond the Rust toolchain that the gates start, and the Debian packages that hold them.
 const PROGRAMS: [(&str, &str); 3] =
@@ -15,7 +15,7 @@ const PROGRAMS: [(&str, &str); 3] =
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 13] = [
+const GATES: [Gate; 16] = [
     ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
@@ -24,11 +24,14 @@ const GATES: [Gate; 13] = [
     ("examples in the documentation", doc_tests),
     ("core builds without std for both processors", bare_metal),
     ("log formatting feature builds", log_feature),
-    ("images: no panic, heap, software floating point, recursion or indirect call", images),
-    ("budgets", budgets),
+    ("images build for both processors", on_target::build_images),
+    ("budgets, and images without panic, heap, software floating point, recursion or indirect call", budgets),
     ("documentation without broken links", documentation),
-    ("default flight from the command line", default_flight),
-    ("flights against a simulator in a process of its own", separate_process_flights),
+    ("default flight from the command line", flights::default_flight),
+    ("flights against a simulator in a process of its own", flights::separate_processes),
+    ("every mode, the same bits", on_target::modes),
+    ("images that fail on purpose", on_target::failures),
+    ("flights on both processors", on_target::flights),
 ];
 
 /// Runs the gates whose name contains `only`; the first failure ends the run.
@@ -81,14 +84,6 @@ fn programs(shell: &Shell) -> Result<()> {
     PROGRAMS.iter().try_for_each(|(program, package)| debian::ensure(shell, program, package))
 }
 
-fn images(shell: &Shell) -> Result<()> {
-    for target in TARGETS {
-        image::report::fail_on_violations(&image::inspect_flight(shell, target)?)
-            .with_context(|| format!("the image for {}", target.name))?;
-    }
-    Ok(())
-}
-
 fn budgets(shell: &Shell) -> Result<()> {
     budgets::run(shell, Some(Part::Static), false)
 }
@@ -100,17 +95,6 @@ fn log_feature(shell: &Shell) -> Result<()> {
 fn documentation(shell: &Shell) -> Result<()> {
     let _flags = shell.push_env("RUSTDOCFLAGS", "-D warnings");
     Ok(cmd!(shell, "cargo doc --quiet --workspace --no-deps --release").quiet().run()?)
-}
-
-fn default_flight(shell: &Shell) -> Result<()> {
-    let folder = shell.create_temp_dir()?;
-    let out = folder.path().join("run");
-    cmd!(shell, "cargo run --quiet --release -- fly --quiet --out {out}").quiet().run()?;
-    Ok(cmd!(shell, "cargo run --quiet --release -- replay --quiet {out}").quiet().run()?)
-}
-
-fn separate_process_flights(shell: &Shell) -> Result<()> {
-    flights::separate_processes(shell)
 }
 
 /// Sends `frames` mutated frames through the decoder; the test itself is part of the core's tests with fewer frames.

@@ -5,6 +5,7 @@ mod debian;
 mod flights;
 mod gates;
 mod image;
+mod on_target;
 mod symbols;
 
 use anyhow::Result;

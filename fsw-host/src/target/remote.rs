@@ -75,6 +75,14 @@ impl RemoteComputer {
         self
     }
 
+    /// Forgets the session with a board that has restarted: it is about to be greeted anew, and owes nothing.
+    pub fn start_over(&mut self) {
+        self.owed = 0;
+        self.in_step = false;
+        self.heard = None;
+        self.restarts = Restarts::default();
+    }
+
     fn lost(&mut self, error: &io::Error) -> ComputerError {
         // A stream that ends is how the end of an emulator shows first.
         let ended = self.emulator.as_mut().and_then(|qemu| {

@@ -251,6 +251,7 @@ fn fault(k: usize, f: &Fault) -> Result<(), Finding> {
         FaultTarget::Uplink => {
             &[FaultKind::Dropout, FaultKind::BitFlips, FaultKind::Duplicate, FaultKind::Hold, FaultKind::Garbage]
         }
+        FaultTarget::Computer => &[FaultKind::Overrun],
     };
     let name = |kind: &FaultKind| {
         toml::Value::try_from(kind).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
@@ -268,7 +269,7 @@ fn fault(k: usize, f: &Fault) -> Result<(), Finding> {
         FaultKind::BitFlips => &["per_packet"],
         FaultKind::Duplicate => &["copies"],
         FaultKind::Garbage => &["bytes", "piece"],
-        FaultKind::Dropout | FaultKind::Stuck | FaultKind::Failed | FaultKind::Hold => &[],
+        FaultKind::Dropout | FaultKind::Stuck | FaultKind::Failed | FaultKind::Hold | FaultKind::Overrun => &[],
     };
     if !f.parameters.keys().map(String::as_str).eq(needed.iter().copied()) {
         let given: Vec<&str> = f.parameters.keys().map(String::as_str).collect();

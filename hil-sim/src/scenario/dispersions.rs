@@ -144,7 +144,7 @@ dispersions! {
     wind_north_60km_mps,
 }
 
-/// A fault of a sensor or of the link.
+/// A fault of a sensor, of the link or of the flight computer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
@@ -193,6 +193,8 @@ pub enum FaultKind {
     Hold,
     /// Bytes that are no packets, before those of each minor frame, as far as the line has room: link only.
     Garbage,
+    /// Guidance takes twice its budget, as the flight computer is told to believe: flight computer only.
+    Overrun,
 }
 
 /// What a fault strikes.
@@ -211,4 +213,6 @@ pub enum FaultTarget {
     Radio,
     /// Bytes to the flight computer.
     Uplink,
+    /// The flight computer.
+    Computer,
 }

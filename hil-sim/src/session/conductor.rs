@@ -7,18 +7,18 @@
 use fsw_core::config::Config;
 use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
 use fsw_core::link::packet::{
-    self, Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Pace, Refusal, RejectCounters, Uplink,
+    self, Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Injection, Pace, Refusal, RejectCounters, Uplink,
 };
 use fsw_core::link::parameters::{BlockId, InitialKnowledge, NavigationMode, ParameterBlock};
 use fsw_core::link::receiver::{Receiver, Sender};
-use fsw_core::time::MissionTime;
+use fsw_core::time::{FRAMES_PER_SECOND, MissionTime};
 
 use super::SessionError;
 use super::refusal;
 use super::uplink::Uplink as Line;
 use crate::case::Case;
 use crate::noise::Stream;
-use crate::scenario::{Fault, Scenario};
+use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::sensors::SensorFaults;
 use crate::truth::{FramePackets, Truth};
 
@@ -436,6 +436,7 @@ impl<P: Plant> Conductor<P> {
         self.frame += 1;
         self.go_on = false;
         self.send_truth();
+        self.inject_overruns();
         let mut packets = self.plant.packets().clone();
         self.sensor_faults.strike(self.now().as_s(), &mut packets);
         let FramePackets { pressure, radio, imu } = packets;
@@ -451,6 +452,18 @@ impl<P: Plant> Conductor<P> {
         if !self.line.end_frame(&mut self.pending) {
             // The flight computer will not see this frame end: no use to wait for its answer.
             self.go_on = true;
+        }
+    }
+
+    /// Tells the flight computer of the overruns that begin with this frame; its reply is not waited for.
+    fn inject_overruns(&mut self) {
+        let (now_s, before_s) = (self.now().as_s(), MissionTime::of_frame(self.frame.saturating_sub(1)).as_s());
+        let begins = |f: &&Fault| f.acts_at(now_s) && (self.frame == 1 || !f.acts_at(before_s));
+        let overruns = self.plan.faults.iter().filter(|f| f.kind == FaultKind::Overrun).filter(begins);
+        // Beyond the range of an integer the cast stays at its end.
+        let frames = overruns.map(|f| (f.duration_s * f64::from(FRAMES_PER_SECOND)).round() as u16).max();
+        if let Some(frames) = frames {
+            self.send(Uplink::Command(Command::Inject(Injection::Overrun { frames })));
         }
     }
 

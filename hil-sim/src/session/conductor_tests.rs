@@ -260,3 +260,16 @@ fn faults_of_the_uplink_lose_and_corrupt_what_they_should() {
     // Binomial(61, 0.5): 3σ is 12. A flip of a delimiter costs two frames, one in zero costs one more reject.
     assert!((18..=45).contains(&rejected), "{counters:?}");
 }
+
+#[test]
+fn an_overrun_of_the_flight_computer_is_asked_for_once_in_its_first_frame() {
+    for (start_s, first) in [(1.0, 50), (0.0, 1)] {
+        let fault = format!("fault=[{{kind=\"overrun\", target=\"computer\", start_s={start_s:.1}, duration_s=0.5}}]");
+        let (mut conductor, mut computer) = (session("msl", &[&fault]), Scripted::new(200));
+        assert_eq!(fly(&mut conductor, &mut computer), End::Deployed);
+        let wanted = Uplink::Command(Command::Inject(Injection::Overrun { frames: 25 }));
+        let injected: Vec<_> = computer.heard.iter().filter(|(_, packet)| *packet == wanted).collect();
+        assert_eq!(injected.len(), 1);
+        assert_eq!(injected[0].0, MissionTime::of_frame(first));
+    }
+}
