@@ -1,10 +1,10 @@
 //! [`Board`]: the flight computer on its hardware, reached through `embedded-io` and `embedded-hal` only.
 //!
-//! One [`Board::step`] waits for bytes, collects them to a whole frame of the link, flies what it closes, sends the answer
-//! and drives the discretes. What it costs is measured between the last byte received and the first byte sent.
+//! One [`Board::step`] waits for bytes, collects them until they end a frame of the link, flies what they close, sends
+//! the answer and drives the discretes. What it costs is measured between the last byte received and the first byte sent.
 //!
-//! After everything that one received frame caused, the board sends one more delimiter: an empty frame, which a receiver
-//! skips. A peer in lock-step counts them and so knows, without waiting, when nothing more will come.
+//! After everything that received frames caused, the board sends one more delimiter for each: an empty frame, which a
+//! receiver skips. A peer in lock-step counts them and so knows, without waiting, when nothing more will come.
 
 use core::fmt;
 
@@ -13,14 +13,15 @@ use embedded_io::{ErrorKind, Read, Write};
 
 use super::computer::FlightComputer;
 use crate::link::discretes::{DiscreteError, Discretes};
-use crate::link::framing::MAX_FRAME;
+use crate::link::framing::{DELIMITER, MAX_FRAME};
 use crate::link::packet::{Mode, Pace, RestartReport};
 use crate::link::port::{Port, PortError};
 use crate::probe::Meter;
 use crate::time::FRAME;
 
-/// Bytes taken from the stream at a time; a whole inertial frame fits.
-const READ_BYTES: usize = 64;
+/// Bytes taken from the stream at a time. A line without hardware buffer gives few; of one that brings much at once, most
+/// frames lie whole in what is read, and need not be put together.
+const READ_BYTES: usize = 256;
 /// Room for the answer to one packet: the packets of a frame with all telemetry and several events. A longer answer is
 /// sent piece by piece.
 const ANSWER_BYTES: usize = 2_048;
@@ -59,7 +60,7 @@ pub trait Clock {
 /// Room for the bytes of one exchange; lent to the board, because it is large and need not stand on the stack.
 #[derive(Clone, Debug)]
 pub struct Room {
-    request: [u8; MAX_FRAME],
+    request: [u8; MAX_FRAME + READ_BYTES],
     answer: [u8; ANSWER_BYTES],
 }
 
@@ -67,7 +68,7 @@ impl Room {
     /// Empty room.
     #[must_use]
     pub const fn new() -> Self {
-        Self { request: [0; MAX_FRAME], answer: [0; ANSWER_BYTES] }
+        Self { request: [0; MAX_FRAME + READ_BYTES], answer: [0; ANSWER_BYTES] }
     }
 }
 
@@ -130,41 +131,51 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
     /// The first failure of stream or lines; everything else of the step has been done.
     pub fn step(&mut self, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
         let mut buffer = [0; READ_BYTES];
-        let mut outcome = Ok(());
-        match self.port.receive(&mut buffer) {
+        let outcome = match self.port.receive(&mut buffer) {
             Ok(bytes) => {
-                for byte in bytes {
-                    let full = self.request.push(*byte);
-                    if *byte == 0 || full {
-                        outcome = outcome.and(self.serve(*byte == 0, meter, clock));
-                    }
+                // They always fit: what has room for a frame and a read never keeps more than a frame.
+                self.request.append(bytes);
+                match self.request.bytes().iter().rposition(|byte| *byte == DELIMITER) {
+                    Some(last) => self.serve(last + 1, meter, clock),
+                    None if self.request.length >= MAX_FRAME => self.serve(self.request.length, meter, clock),
+                    None => Ok(()),
                 }
             }
-            Err(PortError::Read(ErrorKind::TimedOut)) => {}
-            Err(error) => outcome = Err(BoardError::Port(error)),
-        }
+            Err(PortError::Read(ErrorKind::TimedOut)) => Ok(()),
+            Err(error) => Err(BoardError::Port(error)),
+        };
         outcome.and(self.run_overdue(meter, clock))
     }
 
-    /// Hands one received frame to the computer, measured, and sends the answer.
-    fn serve(&mut self, delimited: bool, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
-        let Self { port, computer, request, answer, .. } = self;
-        let frame_before = computer.executive().frame();
-        meter.resume();
-        computer.receive_probed(request.bytes(), meter, |frame| answer.push_all(frame, |bytes| port.send(bytes)));
-        meter.pause();
-        if computer.executive().mode() == Mode::Standby {
-            meter.discard();
+    /// Hands the first `end` bytes received to the computer, measured, and sends the answer: all that belongs to a minor
+    /// frame as soon as it is closed.
+    fn serve(&mut self, end: usize, meter: &mut impl Meter, clock: &mut impl Clock) -> Result<(), BoardError> {
+        let (mut taken, mut outcome) = (0, Ok(()));
+        // Each turn takes a byte or more.
+        while taken < end {
+            let Self { port, computer, request, answer, .. } = self;
+            let frame_before = computer.executive().frame();
+            let mut rest = request.bytes().get(taken..end).unwrap_or_default();
+            meter.resume();
+            computer.take_probed(&mut rest, meter, |frame| answer.push_all(frame, |bytes| port.send(bytes)));
+            meter.pause();
+            taken = end - rest.len();
+            if computer.executive().mode() == Mode::Standby {
+                meter.discard();
+            }
+            let closed = computer.executive().frame() != frame_before;
+            outcome = outcome.and(self.tell(closed, meter, clock));
         }
-        request.clear();
-        let closed = computer.executive().frame() != frame_before;
-        let told = self.tell(closed, meter, clock);
         if self.computer.executive().frame() == 0 {
             // The board's schedule begins with the flight, not when it was switched on.
             self.frame_closed_us = clock.now_us();
         }
-        let acknowledged = if delimited { self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port) } else { Ok(()) };
-        told.and(acknowledged)
+        let served = self.request.bytes().get(..end).unwrap_or_default();
+        for _ in served.iter().filter(|byte| **byte == DELIMITER) {
+            outcome = outcome.and(self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port));
+        }
+        self.request.drop_front(end);
+        outcome
     }
 
     /// Runs the frames of a real-time flight whose inertial measurements did not come in time.
@@ -225,13 +236,25 @@ impl<'c> Gathered<'c> {
         self.length = 0;
     }
 
-    /// Takes a byte; true when there is room for no more.
-    fn push(&mut self, byte: u8) -> bool {
-        if let Some(slot) = self.room.get_mut(self.length) {
-            *slot = byte;
-            self.length += 1;
+    /// Forgets the first `count` bytes.
+    fn drop_front(&mut self, count: usize) {
+        self.length = self.length.saturating_sub(count);
+        for k in 0..self.length {
+            let moved = self.room.get(k + count).copied();
+            if let (Some(byte), Some(slot)) = (moved, self.room.get_mut(k)) {
+                *slot = byte;
+            }
         }
-        self.length >= self.room.len()
+    }
+
+    /// Takes bytes; false when there is no room for all of them, and then none.
+    fn append(&mut self, bytes: &[u8]) -> bool {
+        let end = self.length.saturating_add(bytes.len());
+        let Some(room) = self.room.get_mut(self.length..end) else { return false };
+        // Both are as long; `copy_from_slice` would keep a panic for the case that they are not.
+        room.iter_mut().zip(bytes).for_each(|(slot, byte)| *slot = *byte);
+        self.length = end;
+        true
     }
 
     /// Takes bytes; what was gathered before is passed on when they do not fit.
@@ -241,16 +264,9 @@ impl<'c> Gathered<'c> {
             self.fail(passed);
             self.clear();
         }
-        match self.room.get_mut(self.length..self.length.saturating_add(bytes.len())) {
-            Some(room) => {
-                // Both are as long; `copy_from_slice` would keep a panic for the case that they are not.
-                room.iter_mut().zip(bytes).for_each(|(slot, byte)| *slot = *byte);
-                self.length += bytes.len();
-            }
-            None => {
-                let passed = pass(bytes);
-                self.fail(passed);
-            }
+        if !self.append(bytes) {
+            let passed = pass(bytes);
+            self.fail(passed);
         }
     }
 

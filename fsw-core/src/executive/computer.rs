@@ -145,11 +145,21 @@ impl FlightComputer {
     /// As [`Self::receive`], telling `probe` when each slot of a minor frame is done.
     pub fn receive_probed(&mut self, bytes: &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
         let mut rest = bytes;
+        // Each turn takes a byte or more.
         while !rest.is_empty() {
-            if let Some(frame) = self.receiver.take(&mut rest, &mut self.executive.rejects) {
+            self.take_probed(&mut rest, probe, &mut transmit);
+        }
+    }
+
+    /// Takes received bytes off the front of `bytes` up to the end of a packet that is to be used, and does what follows
+    /// from it; all bytes when there is none in them.
+    pub fn take_probed(&mut self, bytes: &mut &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
+        while !bytes.is_empty() {
+            if let Some(frame) = self.receiver.take(bytes, &mut self.executive.rejects) {
                 probe.kernel_done(Kernel::Decode, 1);
                 probe.slot_done(SlotId::Receive);
                 self.handle(frame, probe, &mut transmit);
+                break;
             }
         }
         probe.slot_done(SlotId::Receive);
@@ -172,6 +182,9 @@ impl FlightComputer {
         overdue
     }
 
+    // Inlined into the loop over received bytes, the addresses of all that a minor frame touches would be found anew for
+    // every few bytes of noise.
+    #[inline(never)]
     fn handle(&mut self, frame: Frame<Uplink>, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         let Frame { sequence, time, packet } = frame;
         if self.peer_refused && !matches!(packet, Uplink::Hello(_)) {

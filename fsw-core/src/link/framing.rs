@@ -1,8 +1,9 @@
 //! Framing: value → postcard → CRC-32 → COBS → `0x00`, and back without any panic path.
 //!
-//! The decoder is our own because `cobs::decode_in_place` and postcard's framing flavours contain panic paths. It takes
-//! one byte at a time, never needs more than its fixed buffer, and starts afresh after every `0x00`, so that damage
-//! never outlives the frame it happened in.
+//! The decoder is our own because `cobs::decode_in_place` and postcard's framing flavours contain panic paths. It never
+//! needs more than its fixed buffers and starts afresh after every `0x00`, so that damage never outlives the frame it
+//! happened in. A full line brings nearly two thousand bytes in a minor frame: what is no packet has to be known as such
+//! for a few instructions a byte.
 
 use core::fmt;
 
@@ -25,6 +26,15 @@ pub const MAX_BODY: usize = MAX_PAYLOAD + CRC_BYTES;
 pub const MAX_FRAME: usize = wire_len(MAX_PAYLOAD);
 /// Ends every frame and occurs nowhere inside one.
 pub const DELIMITER: u8 = 0x00;
+
+/// Longest stretch of bytes between two delimiters that can be a frame.
+pub(crate) const LONGEST_STRETCH: usize = MAX_FRAME - 1;
+/// Shortest one: a checksum, a byte of payload and a code byte.
+pub(crate) const SHORTEST_STRETCH: usize = CRC_BYTES + 2;
+/// Bytes searched for a delimiter at a time.
+const WORD: usize = 4;
+/// One in each byte of a word.
+const ONES: u32 = 0x0101_0101;
 
 /// COBS code of a full block of 254 bytes that no zero follows.
 const FULL_BLOCK: u8 = 0xFF;
@@ -139,33 +149,138 @@ pub fn decode<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Result<T, Reject> {
     }
 }
 
-/// Finds frames in a byte stream, one byte at a time.
+/// Cuts a byte stream at its delimiters.
 ///
-/// Between two delimiters it is either collecting a frame or, after an overflow, skipping to the next delimiter.
-/// Every non-empty stretch between delimiters yields exactly one result, so accepted and rejected frames add up.
-/// Two delimiters in a row are no frame: a sender may send `0x00` at any time to flush damage.
+/// A stretch that lies whole in the bytes given is handed on where it lies; one that comes in pieces is put together
+/// first. Every non-empty stretch yields exactly one result, so accepted and rejected frames add up. Two delimiters in
+/// a row enclose nothing: a sender may send `0x00` at any time to flush damage.
 #[derive(Clone, Debug)]
-pub struct Decoder {
-    /// Unstuffed bytes so far.
-    body: [u8; MAX_BODY],
-    /// How many of them.
-    len: usize,
-    /// Data bytes still to come in the present block.
-    left_in_block: u8,
-    /// The present block stands for a zero if another one follows.
-    zero_follows: bool,
-    /// Where in the frame we are.
-    phase: Phase,
+pub(crate) struct Stretches {
+    /// What has come of a stretch so far.
+    begun: [u8; LONGEST_STRETCH],
+    length: usize,
+    /// Too long: reported, waiting for the delimiter.
+    skipping: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    /// The last byte was a delimiter.
-    Empty,
-    /// Bytes of a frame are being collected.
-    Collecting,
-    /// Too long: reported, waiting for the delimiter.
-    Skipping,
+impl Stretches {
+    pub(crate) const fn new() -> Self {
+        Self { begun: [0; LONGEST_STRETCH], length: 0, skipping: false }
+    }
+
+    /// Whether the next byte begins a stretch.
+    pub(crate) const fn is_between(&self) -> bool {
+        self.length == 0 && !self.skipping
+    }
+
+    /// Takes bytes off the front of `bytes` up to and including the next delimiter. `Some` for what lies before it, or
+    /// because that is too long; `None` when the bytes are used up or the delimiter ended nothing.
+    pub(crate) fn take<'b>(&'b mut self, bytes: &mut &'b [u8]) -> Option<Result<&'b [u8], Reject>> {
+        let whole = *bytes;
+        let Some((stretch, rest)) = split_at_delimiter(whole) else {
+            *bytes = &[];
+            if self.skipping || self.gather(whole) {
+                return None;
+            }
+            self.skipping = true;
+            return Some(Err(Reject::Overflow));
+        };
+        *bytes = rest;
+        if core::mem::take(&mut self.skipping) {
+            return None;
+        }
+        let stretch = if self.length == 0 {
+            stretch
+        } else {
+            let fits = self.gather(stretch);
+            let length = core::mem::take(&mut self.length);
+            if !fits {
+                return Some(Err(Reject::Overflow));
+            }
+            self.begun.get(..length)?
+        };
+        if stretch.is_empty() {
+            return None;
+        }
+        Some(if stretch.len() > LONGEST_STRETCH { Err(Reject::Overflow) } else { Ok(stretch) })
+    }
+
+    /// Puts bytes behind those that have come; false, and nothing has come, when there is no room for them.
+    fn gather(&mut self, bytes: &[u8]) -> bool {
+        let end = self.length.saturating_add(bytes.len());
+        let room = self.begun.get_mut(self.length..end);
+        let fits = room.is_some();
+        copy(room.unwrap_or_default(), bytes);
+        self.length = if fits { end } else { 0 };
+        fits
+    }
+}
+
+/// What lies before the first delimiter and what behind it; none without a delimiter.
+fn split_at_delimiter(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (words, _) = bytes.as_chunks::<WORD>();
+    let mut from = 0;
+    for word in words {
+        if zeros_of(*word) != 0 {
+            break;
+        }
+        from += WORD;
+    }
+    let within = bytes.get(from..)?.iter().position(|byte| *byte == DELIMITER)?;
+    let (stretch, rest) = bytes.split_at_checked(from + within)?;
+    Some((stretch, rest.get(1..)?))
+}
+
+/// Takes stretches too short for any frame off the front of `bytes`, where one begins; how many. At the end of the bytes
+/// a few are left.
+pub(crate) fn skip_runts(bytes: &mut &[u8]) -> u32 {
+    let (mut runts, mut rest) = (0, *bytes);
+    // Each turn takes a byte or more.
+    while let Some([a, b, c, d, e, f]) = rest.first_chunk::<SHORTEST_STRETCH>() {
+        let zeros = zeros_of([*a, *b, *c, *d]);
+        let length = if zeros != 0 {
+            zeros.trailing_zeros() as usize / 8
+        } else if *e == DELIMITER {
+            WORD
+        } else if *f == DELIMITER {
+            WORD + 1
+        } else {
+            break;
+        };
+        runts += u32::from(length > 0);
+        rest = rest.get(length + 1..).unwrap_or_default();
+    }
+    *bytes = rest;
+    runts
+}
+
+/// The highest bit of each byte that is zero, up to the first of them; higher ones may be wrong. A byte of a word is
+/// zero when taking one from it borrows: found for all four at once.
+#[inline]
+const fn zeros_of(bytes: [u8; WORD]) -> u32 {
+    let word = u32::from_le_bytes(bytes);
+    word.wrapping_sub(ONES) & !word & (ONES << 7)
+}
+
+/// Whether both hold the same bytes, four at a time.
+pub(crate) fn are_same(one: &[u8], other: &[u8]) -> bool {
+    let ((a, a_rest), (b, b_rest)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
+    one.len() == other.len()
+        && a.iter().zip(b).all(|(a, b)| u32::from_le_bytes(*a) == u32::from_le_bytes(*b))
+        && a_rest.iter().zip(b_rest).all(|(a, b)| a == b)
+}
+
+/// Copies as many bytes as there are and as there is room for. (`copy_from_slice` keeps a panic for unequal lengths.)
+#[inline]
+pub(crate) fn copy(room: &mut [u8], bytes: &[u8]) {
+    room.iter_mut().zip(bytes).for_each(|(slot, byte)| *slot = *byte);
+}
+
+/// Finds frames in a byte stream: the payload of each whose checksum agrees, or why it is none.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    stretches: Stretches,
+    body: Body,
 }
 
 impl Default for Decoder {
@@ -178,7 +293,7 @@ impl Decoder {
     /// A decoder at the start of a frame.
     #[must_use]
     pub const fn new() -> Self {
-        Self { body: [0; MAX_BODY], len: 0, left_in_block: 0, zero_follows: false, phase: Phase::Empty }
+        Self { stretches: Stretches::new(), body: Body::new() }
     }
 
     /// Takes one byte. `Some` when it ends a frame: its payload with verified checksum, or why it is none.
@@ -188,61 +303,61 @@ impl Decoder {
 
     /// Takes bytes off the front of `bytes` up to and including the one that ends a frame. `Some` for its payload with
     /// verified checksum, or why it is none; `None` when the bytes are used up or a delimiter ended nothing.
-    ///
-    /// A full line brings nearly two thousand bytes in a minor frame, so this loop keeps its state in registers.
     pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], Reject>> {
-        let (mut len, mut left_in_block, mut zero_follows) = (self.len, self.left_in_block, self.zero_follows);
-        let mut phase = self.phase;
         let mut rest = *bytes;
-        while let [byte, tail @ ..] = rest {
-            rest = tail;
-            if *byte == DELIMITER {
-                *bytes = rest;
-                (self.phase, self.len, self.left_in_block) = (phase, len, left_in_block);
-                return self.finish();
-            }
-            if phase == Phase::Skipping {
-                continue;
-            }
-            phase = Phase::Collecting;
-            let data = if left_in_block > 0 {
-                left_in_block -= 1;
-                *byte
-            } else {
-                let zero_precedes = zero_follows;
-                left_in_block = byte.wrapping_sub(1);
-                zero_follows = *byte != FULL_BLOCK;
-                if !zero_precedes {
-                    continue;
-                }
-                0
-            };
-            let Some(slot) = self.body.get_mut(len) else {
-                *bytes = rest;
-                self.phase = Phase::Skipping;
-                return Some(Err(Reject::Overflow));
-            };
-            *slot = data;
-            len += 1;
-        }
-        *bytes = rest;
-        (self.phase, self.len, self.left_in_block, self.zero_follows) = (phase, len, left_in_block, zero_follows);
-        None
+        let stretch = self.stretches.take(&mut rest);
+        *bytes = bytes.get(bytes.len() - rest.len()..).unwrap_or_default();
+        Some(stretch?.and_then(|stretch| self.body.unstuffed(stretch)))
+    }
+}
+
+/// Room for the body of one frame, without its stuffing.
+#[derive(Clone, Debug)]
+pub(crate) struct Body([u8; MAX_BODY]);
+
+impl Body {
+    pub(crate) const fn new() -> Self {
+        Self([0; MAX_BODY])
     }
 
-    /// Judges the frame that the delimiter ends and gets ready for the next.
-    fn finish(&mut self) -> Option<Result<&[u8], Reject>> {
-        let (phase, len, incomplete) = (self.phase, self.len, self.left_in_block > 0);
-        self.phase = Phase::Empty;
-        self.len = 0;
-        self.left_in_block = 0;
-        self.zero_follows = false;
-        match phase {
-            Phase::Empty | Phase::Skipping => None,
-            Phase::Collecting if incomplete => Some(Err(Reject::Cobs)),
-            Phase::Collecting => Some(verified_payload(self.body.get(..len).unwrap_or(&[]))),
+    /// The payload of a stretch between delimiters, if its stuffing is consistent and its checksum agrees.
+    #[inline(never)]
+    pub(crate) fn unstuffed(&mut self, stretch: &[u8]) -> Result<&[u8], Reject> {
+        if stretch.len() < SHORTEST_STRETCH {
+            return Err(Reject::Crc);
+        }
+        if !ends_with_a_block(stretch) {
+            return Err(Reject::Cobs);
+        }
+        let (mut length, mut rest) = (0_usize, stretch);
+        // Each turn takes a byte or more.
+        while let [code, behind @ ..] = rest {
+            let data = usize::from(*code).saturating_sub(1);
+            let (block, next) = behind.split_at_checked(data).ok_or(Reject::Cobs)?;
+            let end = length + data;
+            copy(self.0.get_mut(length..end).ok_or(Reject::Overflow)?, block);
+            length = end;
+            rest = next;
+            if *code != FULL_BLOCK && !rest.is_empty() {
+                *self.0.get_mut(length).ok_or(Reject::Overflow)? = 0;
+                length += 1;
+            }
+        }
+        verified_payload(self.0.get(..length).unwrap_or_default())
+    }
+}
+
+/// Whether the chain of block lengths ends where the stretch does. Noise mostly fails here, for the price of a few steps.
+fn ends_with_a_block(stretch: &[u8]) -> bool {
+    let mut at = 0;
+    // Each turn goes on by a byte or more: no byte of a stretch is zero.
+    while let Some(code) = stretch.get(at) {
+        at += usize::from(*code);
+        if *code == DELIMITER {
+            return false;
         }
     }
+    at == stretch.len()
 }
 
 /// The payload of payload and checksum, if they agree.

@@ -51,12 +51,6 @@ impl SequenceMonitor {
         *self = Self::new();
     }
 
-    /// Whether a packet of this number would be the newest one again.
-    #[must_use]
-    pub fn is_stale(&self, sequence: u16) -> bool {
-        self.newest == Some(sequence)
-    }
-
     /// Judges the next packet and counts what is wrong with it.
     pub fn observe(&mut self, sequence: u16, counters: &mut RejectCounters) -> Arrival {
         let arrival = self.judge(sequence);
