@@ -242,8 +242,9 @@ impl<C: Counter> Probe for FrameMeter<C> {
     #[inline]
     fn slot_done(&mut self, slot: SlotId) {
         let now = self.counter.read();
+        // A counter does not wrap within a frame; if it did, figures would be wrong, not the flight.
         if let Some(cost) = self.open.slots.get_mut(slot as usize) {
-            *cost = cost.saturating_add(now.saturating_sub(self.slot_began));
+            *cost = cost.wrapping_add(now.wrapping_sub(self.slot_began));
         }
         self.slot_began = now;
         self.mark = now;
@@ -253,10 +254,10 @@ impl<C: Counter> Probe for FrameMeter<C> {
     fn kernel_done(&mut self, kernel: Kernel, units: u32) {
         let now = self.counter.read();
         if let Some(cost) = self.open.kernels.get_mut(kernel as usize) {
-            *cost = cost.saturating_add(now.saturating_sub(self.mark));
+            *cost = cost.wrapping_add(now.wrapping_sub(self.mark));
         }
         if let Some(done) = self.open.units.get_mut(kernel as usize) {
-            *done = done.saturating_add(u16::try_from(units).unwrap_or(u16::MAX));
+            *done = done.wrapping_add(units as u16);
         }
         self.mark = now;
     }

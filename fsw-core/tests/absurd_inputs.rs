@@ -271,7 +271,7 @@ impl Ground {
     fn send(&mut self, time: MissionTime, packet: Uplink) -> u32 {
         let (is_command, is_hello) = (matches!(packet, Uplink::Command(_)), matches!(packet, Uplink::Hello(_)));
         let mut out = [0; MAX_FRAME];
-        let bytes = self.sender.encode(time, packet, &mut out).unwrap();
+        let bytes = self.sender.encode(time, &packet, &mut out).unwrap();
         let flooded = self.computer.executive().rejects.flooded;
         let Self { computer, receiver, counters, .. } = self;
         let mut heard = Vec::new();

@@ -118,7 +118,7 @@ fn a_million_damaged_frames_never_panic_never_pass_and_are_all_counted() {
             let sequence = sender.next_sequence();
             let packet = packet(&mut random);
             let sent = Frame { sequence, time: MissionTime(7), packet };
-            let mut bad = sender.encode(sent.time, sent.packet.clone(), &mut out).unwrap().to_vec();
+            let mut bad = sender.encode(sent.time, &sent.packet, &mut out).unwrap().to_vec();
             damage(&mut bad, &mut random);
             line.send(&bad);
             // What comes out may be the frame itself (two flips of one bit), never another one.
@@ -128,7 +128,7 @@ fn a_million_damaged_frames_never_panic_never_pass_and_are_all_counted() {
         line.send(&[0]);
         line.received.clear();
         let sent = Frame { sequence: sender.next_sequence(), time: MissionTime(7), packet: packet(&mut random) };
-        let good = sender.encode(sent.time, sent.packet.clone(), &mut out).unwrap();
+        let good = sender.encode(sent.time, &sent.packet, &mut out).unwrap();
         line.send(good);
         assert_eq!(line.received, [sent], "the next good frame is accepted");
         if random.below(3) == 0 {
@@ -196,7 +196,7 @@ fn a_peer_of_another_version_is_told_apart_over_the_wire() {
     let (mut receiver, mut counters) = (Receiver::<Uplink>::new(), RejectCounters::default());
     let stranger = Hello { protocol_version: 99, ..Hello::ours(1) };
     let mut out = [0; MAX_FRAME];
-    let bytes = Sender::new().encode(MissionTime(0), Uplink::Hello(stranger), &mut out).unwrap();
+    let bytes = Sender::new().encode(MissionTime(0), &Uplink::Hello(stranger), &mut out).unwrap();
     let got = bytes.iter().find_map(|b| receiver.push(*b, &mut counters)).unwrap();
     let Uplink::Hello(hello) = got.packet else { panic!("a hello") };
     assert_eq!(hello.check(), Err(HelloError::Version { theirs: 99 }));

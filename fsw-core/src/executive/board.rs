@@ -376,7 +376,7 @@ mod tests {
     fn script(packets: &[(u32, Uplink)]) -> VecDeque<u8> {
         let (mut sender, mut out, mut bytes) = (Sender::new(), [0; MAX_FRAME], VecDeque::new());
         for (frame, packet) in packets {
-            bytes.extend(sender.encode(MissionTime::of_frame(*frame), packet.clone(), &mut out).unwrap());
+            bytes.extend(sender.encode(MissionTime::of_frame(*frame), packet, &mut out).unwrap());
         }
         bytes
     }

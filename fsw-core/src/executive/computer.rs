@@ -46,6 +46,15 @@ pub struct FlightComputer {
     answered: (u32, u8),
 }
 
+/// What a minor frame does with the measurements that have come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Gathered {
+    /// It takes them.
+    Used,
+    /// It runs without, in the place of a frame that went missing; they are of a later one.
+    Kept,
+}
+
 /// Whether the computer begins again when told to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Restart {
@@ -106,7 +115,7 @@ impl FlightComputer {
         if let Some(report) = self.restarted {
             let (time, severity) = (MissionTime::ZERO, Severity::Fault);
             let event = Event { time, severity, kind: EventKind::Restarted(report) };
-            self.send(time, Downlink::Event(event), &mut NoProbe, transmit);
+            self.send(time, &Downlink::Event(event), &mut NoProbe, transmit);
         }
     }
 
@@ -133,7 +142,7 @@ impl FlightComputer {
             let frame = self.executive.frame();
             let MeasuredCost { whole, slots, kernels, units, stack_high_water_bytes } = self.cost;
             let packet = CostTlm { frame, whole, slots, kernels, units, stack_high_water_bytes };
-            self.send(MissionTime::of_frame(frame), Downlink::CostTlm(packet), &mut NoProbe, &mut transmit);
+            self.send(MissionTime::of_frame(frame), &Downlink::CostTlm(packet), &mut NoProbe, &mut transmit);
         }
     }
 
@@ -176,8 +185,7 @@ impl FlightComputer {
             let rejects = &mut self.executive.rejects;
             rejects.missed_frames = rejects.missed_frames.saturating_add(1);
             let now = MissionTime::of_frame(self.executive.frame().saturating_add(1));
-            let inputs = core::mem::take(&mut self.inputs);
-            self.run_frame(now, &inputs, probe, &mut transmit);
+            self.run_frame(now, Gathered::Used, probe, &mut transmit);
         }
         overdue
     }
@@ -199,7 +207,7 @@ impl FlightComputer {
             Uplink::Command(command) => {
                 let outcome = self.obey(command, time);
                 let reply = CommandReply { to_sequence: sequence, outcome };
-                self.send(time, Downlink::CommandReply(reply), probe, transmit);
+                self.send(time, &Downlink::CommandReply(reply), probe, transmit);
                 self.send_events(probe, transmit);
             }
             // Simulation only: the truth of a frame already closed (the entry epoch) tells nothing new.
@@ -231,7 +239,7 @@ impl FlightComputer {
             self.peer_refused = theirs.check().is_err();
         }
         let ours = Hello::ours(self.build_id);
-        self.send(MissionTime::ZERO, Downlink::Hello(ours), probe, transmit);
+        self.send(MissionTime::ZERO, &Downlink::Hello(ours), probe, transmit);
         if self.executive.mode() == Mode::Standby {
             self.tell_restart(transmit);
         }
@@ -312,7 +320,7 @@ impl FlightComputer {
         let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
         rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
         for index in 1..=bridged {
-            self.run_frame(MissionTime::of_frame(present.saturating_add(index)), &FrameInputs::new(), probe, transmit);
+            self.run_frame(MissionTime::of_frame(present.saturating_add(index)), Gathered::Kept, probe, transmit);
         }
         if bridged < missing {
             let rejects = &mut self.executive.rejects;
@@ -320,9 +328,8 @@ impl FlightComputer {
             return;
         }
         self.jumped_to = None;
-        let mut inputs = core::mem::take(&mut self.inputs);
-        inputs.imu = Some((time, imu));
-        self.run_frame(time, &inputs, probe, transmit);
+        self.inputs.imu = Some((time, imu));
+        self.run_frame(time, Gathered::Used, probe, transmit);
     }
 
     /// Whether this measurement, far ahead, follows on the one before, which was far ahead too.
@@ -334,23 +341,26 @@ impl FlightComputer {
     fn run_frame(
         &mut self,
         now: MissionTime,
-        inputs: &FrameInputs,
+        gathered: Gathered,
         probe: &mut impl Probe,
         transmit: &mut impl FnMut(&[u8]),
     ) {
-        let cost = self.cost;
-        let Outputs { actuator, navigation, guidance, health } = self.executive.tick(now, inputs, &cost, probe);
+        let inputs = if gathered == Gathered::Used { &self.inputs } else { const { &FrameInputs::new() } };
+        let Outputs { actuator, navigation, guidance, health } = self.executive.tick(now, inputs, &self.cost, probe);
+        if gathered == Gathered::Used {
+            self.inputs.clear();
+        }
         if let Some(tlm) = navigation {
-            self.send(now, Downlink::NavTlm(tlm), probe, transmit);
+            self.send(now, &Downlink::NavTlm(tlm), probe, transmit);
         }
         if let Some(tlm) = guidance {
-            self.send(now, Downlink::GuidanceTlm(tlm), probe, transmit);
+            self.send(now, &Downlink::GuidanceTlm(tlm), probe, transmit);
         }
         if let Some(tlm) = health {
-            self.send(now, Downlink::HealthTlm(tlm), probe, transmit);
+            self.send(now, &Downlink::HealthTlm(tlm), probe, transmit);
         }
         self.send_events(probe, transmit);
-        self.send(now, Downlink::Actuator(actuator), probe, transmit);
+        self.send(now, &Downlink::Actuator(actuator), probe, transmit);
         self.actuator = Some(actuator);
         probe.slot_done(SlotId::Transmit);
         probe.frame_done();
@@ -359,11 +369,11 @@ impl FlightComputer {
     fn send_events(&mut self, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         for _ in 0..EVENTS_PER_BURST {
             let Some(event) = self.executive.log.next_pending() else { return };
-            self.send(event.time, Downlink::Event(event), probe, transmit);
+            self.send(event.time, &Downlink::Event(event), probe, transmit);
         }
     }
 
-    fn send(&mut self, time: MissionTime, packet: Downlink, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
+    fn send(&mut self, time: MissionTime, packet: &Downlink, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         let mut out = [0; MAX_FRAME];
         // A packet always fits: the buffer is sized by the largest one.
         if let Ok(bytes) = self.sender.encode(time, packet, &mut out) {

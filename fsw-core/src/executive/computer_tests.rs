@@ -42,7 +42,7 @@ impl Ground {
 
     fn send(&mut self, time: MissionTime, packet: Uplink) -> Vec<Downlink> {
         let mut out = [0; MAX_FRAME];
-        let bytes = self.sender.encode(time, packet, &mut out).unwrap();
+        let bytes = self.sender.encode(time, &packet, &mut out).unwrap();
         let Self { computer, receiver, counters, heard, .. } = self;
         heard.clear();
         computer.receive(bytes, |frame| {
@@ -208,7 +208,7 @@ fn a_copy_of_the_computer_flies_on_to_the_same_bytes() {
     }
     let mut copy = ground.computer.clone();
     let mut out = [0; MAX_FRAME];
-    let bytes = ground.sender.encode(MissionTime::of_frame(71), Uplink::Imu(Imu::default()), &mut out).unwrap();
+    let bytes = ground.sender.encode(MissionTime::of_frame(71), &Uplink::Imu(Imu::default()), &mut out).unwrap();
     let (mut a, mut b) = (Vec::new(), Vec::new());
     ground.computer.receive(bytes, |frame| a.extend_from_slice(frame));
     copy.receive(bytes, |frame| b.extend_from_slice(frame));

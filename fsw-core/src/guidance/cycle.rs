@@ -17,12 +17,14 @@ use crate::time::{FRAME, FRAMES_PER_SECOND};
 use super::constraints::Peaks;
 use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
 use super::course::Course;
-use super::predictor::{self, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, PathEnd, Prediction, State, Stop};
+use super::predictor::{self, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, State, Stop};
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
 pub const MAX_EVALUATIONS: u16 = 2400;
 /// Runge–Kutta steps in one minor frame, at most.
 pub const STEPS_PER_FRAME: u32 = 14;
+/// Predictor steps in one minor frame, at least: before its first step a slice costs as much as a tenth of one.
+const SHORTEST_SLICE: u32 = 3;
 /// Predictor steps that cost as much as one step of the propagation, which flies the bank control as well.
 const PROPAGATION_COST: u32 = 3;
 /// Minor frames that one step of the propagation to the instant of effect covers.
@@ -142,30 +144,24 @@ impl Cycle {
             self.propagate(context);
             left = left.saturating_sub(PROPAGATION_COST);
         }
-        probe.kernel_done(Kernel::Corrector, 0);
-        let mut marked = self.evaluations;
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
         let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
         let model = self.model(context);
-        for _ in 0..left {
-            if self.finished {
-                break;
-            }
+        probe.kernel_done(Kernel::Corrector, 0);
+        // Each turn but the last flies a step or more.
+        while left > 0 && !self.finished {
+            let before = self.evaluations;
             if self.flying.is_none() {
                 self.take_off(&model, context, probe);
             }
-            let Some(end) = self.predict(&model, step_s, &context.stop) else { continue };
-            self.mark_predictor(&mut marked, probe);
-            self.land(&end, context);
+            let (steps, ended) = self.fly_on(left, &model, step_s, &context.stop);
+            probe.kernel_done(Kernel::Predictor, u32::from(self.evaluations.saturating_sub(before)));
+            left = left.saturating_sub(steps);
+            if ended {
+                self.land(context);
+            }
             probe.kernel_done(Kernel::Corrector, 0);
         }
-        self.mark_predictor(&mut marked, probe);
-    }
-
-    /// Charges the predictor with the evaluations made since the last mark.
-    fn mark_predictor(&self, marked: &mut u16, probe: &mut impl Probe) {
-        probe.kernel_done(Kernel::Predictor, u32::from(self.evaluations.saturating_sub(*marked)));
-        *marked = self.evaluations;
     }
 
     /// The quota that finishes the cycle just in time if every prediction allowed is made and takes as long as the longest
@@ -176,7 +172,7 @@ impl Cycle {
         let to_make = u32::try_from(self.corrector.max_predictions().saturating_sub(self.flown.len())).unwrap_or(0);
         let propagation = PROPAGATION_COST * self.frames_left.div_ceil(PROPAGATION_FRAMES);
         let cost = propagation + (longest * to_make).saturating_sub(self.steps);
-        cost.div_ceil(frames_left.max(1)).clamp(1, STEPS_PER_FRAME)
+        cost.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, STEPS_PER_FRAME)
     }
 
     /// Steps of the longest prediction, finished or not.
@@ -214,22 +210,30 @@ impl Cycle {
         self.range_to_go_m = range_to_go_m(&self.start.state, context);
     }
 
-    /// One step of the prediction under way, which ends it or not; finishes the cycle when there is none or no evaluation
-    /// is left.
+    /// At most so many steps of the prediction under way: how many, and whether they reach its end. Finishes the cycle
+    /// when there is none or no evaluation is left.
     #[inline]
-    fn predict(&mut self, model: &predictor::Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
-        let affordable = self.evaluations <= MAX_EVALUATIONS - EVALUATIONS_PER_STEP;
-        let (Some(prediction), true) = (&mut self.flying, affordable) else {
+    fn fly_on(&mut self, most: u32, model: &predictor::Flown<'_>, step_s: f64, stop: &Stop) -> (u32, bool) {
+        let affordable = u32::from(MAX_EVALUATIONS.saturating_sub(self.evaluations) / EVALUATIONS_PER_STEP);
+        let (Some(prediction), true) = (&mut self.flying, affordable > 0) else {
             self.finished = true;
-            return None;
+            return (0, false);
         };
-        self.evaluations += EVALUATIONS_PER_STEP;
-        self.steps += 1;
+        let (mut steps, mut ended) = (0, false);
+        while steps < most.min(affordable) && !ended {
+            ended = prediction.step(model, step_s, stop);
+            steps += 1;
+        }
+        let evaluations = steps * u32::from(EVALUATIONS_PER_STEP);
+        self.evaluations = self.evaluations.saturating_add(u16::try_from(evaluations).unwrap_or(MAX_EVALUATIONS));
+        self.steps += steps;
         self.longest = self.longest.max(self.steps);
-        prediction.step(model, step_s, stop)
+        (steps, ended)
     }
 
     /// Starts the next prediction, if there is one to make and evaluations to make it with.
+    // Once in a prediction. Inlined, this and `land` would have all their addresses found before the first step of a slice.
+    #[inline(never)]
     fn take_off(&mut self, model: &predictor::Flown<'_>, context: &CycleContext<'_>, probe: &mut impl Probe) {
         if self.evaluations.saturating_add(EVALUATIONS_TO_START) > MAX_EVALUATIONS || self.flown.is_full() {
             return;
@@ -245,9 +249,10 @@ impl Cycle {
     /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.
     ///
     /// The downrange error is the range flown minus the range to go, both at the reference radius (P4 eq. 2 and 3).
-    fn land(&mut self, end: &PathEnd, context: &CycleContext<'_>) {
+    #[inline(never)]
+    fn land(&mut self, context: &CycleContext<'_>) {
         let cos_bank = self.cos_bank;
-        self.flying = None;
+        let Some(end) = self.flying.take().map(|prediction| prediction.end()) else { return };
         self.steps = 0;
         let error_m = end.track_rad * context.model.planet.radius_m - self.range_to_go_m;
         if !error_m.is_finite() {

@@ -98,7 +98,10 @@ struct Bank {
 /// A prediction under way. Fixed size, resumed by [`Prediction::step`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    node: Node,
+    /// The last point reached and the one before, in turn: copying them costs a tenth of an evaluation.
+    nodes: [Node; 2],
+    /// Whether the second is the last one.
+    odd: bool,
     bank: Bank,
     elapsed_s: f64,
     track_rad: f64,
@@ -113,40 +116,57 @@ impl Prediction {
         let bank = Bank { cosine: cos_bank, sine: sin_bank };
         let mut node = Node { state: *state, ..Node::NONE };
         let loads = node.evaluate(model, &bank);
-        Self { node, bank, elapsed_s: 0.0, track_rad: 0.0, peaks: Peaks::starting(loads) }
+        Self {
+            nodes: [node, Node::NONE],
+            odd: false,
+            bank,
+            elapsed_s: 0.0,
+            track_rad: 0.0,
+            peaks: Peaks::starting(loads),
+        }
     }
 
-    /// Flies one step of `step_s`, four evaluations; the end of the path once it has been reached.
+    /// Flies one step of `step_s`, four evaluations; true once the end of the path has been reached.
     ///
     /// The path ends at the stop speed or the stop radius, whichever comes first, else at the horizon, or where the state
     /// ceases to be finite.
     // Kept whole: inlined into the frame it would share its sixteen registers with everything around.
     #[inline(never)]
     #[must_use]
-    pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> Option<PathEnd> {
+    pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> bool {
+        let [even, odd] = &mut self.nodes;
+        let (before, after) = if self.odd { (&*odd, even) } else { (&*even, odd) };
         // Later nodes that lie past the stop have ended the path.
-        if self.elapsed_s == 0.0 && self.node.is_past(stop) {
-            return Some(self.end());
+        if self.elapsed_s == 0.0 && before.is_past(stop) {
+            return true;
         }
-        let bank = self.bank;
-        let (state, acceleration, track) = (self.node.state, self.node.acceleration, self.node.track);
-        self.node.state = stepped(model, &state, &acceleration, step_s, &bank);
-        let loads = self.node.evaluate(model, &bank);
-        let past = self.node.is_past(stop);
-        let after = (&self.node.state, &self.node.acceleration);
-        let share = if past { share_before_stop([(&state, &acceleration), after], step_s, stop) } else { 1.0 };
-        self.elapsed_s += share * step_s;
-        self.track_rad += track_over([track, self.node.track], step_s, share);
-        if past {
-            return Some(self.end());
+        stepped(model, before, step_s, &self.bank, &mut after.state);
+        let loads = after.evaluate(model, &self.bank);
+        self.odd = !self.odd;
+        if after.is_past(stop) {
+            let share = share_before_stop([before, after], step_s, stop);
+            self.elapsed_s += share * step_s;
+            self.track_rad += track_over([before.track, after.track], step_s, share);
+            return true;
         }
+        self.elapsed_s += step_s;
+        self.track_rad += track_over_whole([before.track, after.track], step_s);
         self.peaks.push(loads);
         // Written so that a state that is not finite ends the path too.
         let goes_on = self.elapsed_s < stop.horizon_s && self.track_rad.is_finite();
-        if goes_on { None } else { Some(self.end()) }
+        !goes_on
     }
 
-    fn end(&self) -> PathEnd {
+    /// The last point reached.
+    #[cfg(test)]
+    fn last(&self) -> &Node {
+        let [even, odd] = &self.nodes;
+        if self.odd { odd } else { even }
+    }
+
+    /// What the prediction has found so far; at its end, all.
+    #[must_use]
+    pub fn end(&self) -> PathEnd {
         PathEnd { track_rad: self.track_rad, duration_s: self.elapsed_s, peaks: self.peaks }
     }
 }
@@ -156,7 +176,8 @@ impl Prediction {
 /// on all six but for rounding, with half the numbers to carry.
 #[inline(always)]
 #[allow(clippy::indexing_slicing)] // constant indices into the six numbers of a state, the three of its axes
-fn stepped(model: &Flown<'_>, s: &State, a1: &[f64; AXES], step_s: f64, bank: &Bank) -> State {
+fn stepped(model: &Flown<'_>, before: &Node, step_s: f64, bank: &Bank, after: &mut State) {
+    let Node { state: s, acceleration: a1, .. } = before;
     let (half_s, half_square) = (0.5 * step_s, 0.5 * step_s * step_s);
     let mut stage = *s;
     for k in 0..AXES {
@@ -179,10 +200,9 @@ fn stepped(model: &Flown<'_>, s: &State, a1: &[f64; AXES], step_s: f64, bank: &B
     let (sixth_s, sixth_square) = (step_s * (1.0 / 6.0), step_s * step_s * (1.0 / 6.0));
     for k in 0..AXES {
         let middle = a2[k] + a3[k];
-        stage[k] = straight[k] + sixth_square * (a1[k] + middle);
-        stage[AXES + k] = s[AXES + k] + sixth_s * (a1[k] + (middle + middle) + a4[k]);
+        after[k] = straight[k] + sixth_square * (a1[k] + middle);
+        after[AXES + k] = s[AXES + k] + sixth_s * (a1[k] + (middle + middle) + a4[k]);
     }
-    stage
 }
 
 /// Acceleration at a state, planet-fixed axes, m/s².
@@ -192,16 +212,16 @@ fn acceleration(model: &Flown<'_>, state: &State, bank: &Bank) -> [f64; AXES] {
     [ax, ay, az]
 }
 
-/// Share of a step that lies before the stop, from state and acceleration at both its ends.
+/// Share of a step that lies before the stop, from the points at both its ends.
 #[inline(never)] // once in a prediction
-fn share_before_stop(ends: [(&State, &[f64; AXES]); 2], step_s: f64, stop: &Stop) -> f64 {
-    let speeds = ends.map(|([_, _, _, vx, vy, vz], [ax, ay, az])| {
-        let speed = sqrt(vx * vx + vy * vy + vz * vz);
-        (speed, (vx * ax + vy * ay + vz * az) / speed)
+fn share_before_stop(ends: [&Node; 2], step_s: f64, stop: &Stop) -> f64 {
+    let speeds = ends.map(|node| {
+        let ([_, _, _, vx, vy, vz], [ax, ay, az]) = (&node.state, &node.acceleration);
+        (node.speed_mps, (vx * ax + vy * ay + vz * az) / node.speed_mps)
     });
-    let radii = ends.map(|([x, y, z, vx, vy, vz], _)| {
-        let radius = sqrt(x * x + y * y + z * z);
-        (radius, (x * vx + y * vy + z * vz) / radius)
+    let radii = ends.map(|node| {
+        let [x, y, z, vx, vy, vz] = &node.state;
+        (node.radius_m, (x * vx + y * vy + z * vz) / node.radius_m)
     });
     min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
 }
@@ -219,6 +239,11 @@ fn track_rate(&[x, y, z, vx, vy, vz]: &State, &[ax, ay, az]: &[f64; AXES], flow:
     let level_rate = if level > 0.0 { (vx * ax + vy * ay + vz * az - climb * climb_rate) / level } else { 0.0 };
     let rate = level * per_radius;
     (rate, (level_rate - rate * climb) * per_radius)
+}
+
+/// Track over a whole step: the integral of the cubic through rate and derivative at both its ends.
+fn track_over_whole([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64) -> f64 {
+    step_s * (0.5 * (y0 + y1) + step_s * (rate0 - rate1) * (1.0 / 12.0))
 }
 
 /// Track over a share of a step: the integral of the cubic through rate and derivative at both ends of the step.
@@ -282,11 +307,17 @@ mod tests {
         let flown = Flown { environment: &model, drag_ratio: 1.0, lift_ratio: 1.0 };
         let mut prediction = Prediction::start(&flown, &entry(), rad(bank_deg).cos(), rad(bank_deg).sin());
         for steps in 1..10_000 {
-            if let Some(end) = prediction.step(&flown, step_s, stop) {
-                return (prediction, end, steps);
+            if prediction.step(&flown, step_s, stop) {
+                return (prediction, prediction.end(), steps);
             }
         }
         panic!("no end");
+    }
+
+    #[test]
+    fn a_whole_step_of_track_is_its_share_of_one() {
+        let ends = [(1.6e-3, -2e-6), (1.5e-3, -4e-5)];
+        assert!((track_over(ends, 4.0, 1.0) / track_over_whole(ends, 4.0) - 1.0).abs() < 1e-14);
     }
 
     #[test]
@@ -296,7 +327,7 @@ mod tests {
         for _ in 0..20 {
             let middle = 0.5 * (low + high);
             let (prediction, ..) = fly(middle, 0.1, &STOP);
-            let [x, y, z, ..] = prediction.node.state;
+            let [x, y, z, ..] = prediction.last().state;
             let [x0, y0, z0, ..] = entry();
             let arc = crate::frames::great_circle_rad(
                 &crate::frames::Vec3::<crate::frames::PlanetFixed>::new(x0, y0, z0),
@@ -306,7 +337,7 @@ mod tests {
         }
         let (prediction, end, _) = fly(low, 0.1, &STOP);
         assert!((low - 42.0).abs() < 1.0, "bank {low}");
-        let altitude_m = prediction.node.radius_m - 3_397_200.0;
+        let altitude_m = prediction.last().radius_m - 3_397_200.0;
         assert!((altitude_m - 8.0e3).abs() < 250.0, "altitude {altitude_m}");
         assert!((end.peaks.highest()[0] / 9.806_65 - 8.6).abs() < 0.2, "load {}", end.peaks.highest()[0] / 9.806_65);
     }
@@ -357,7 +388,9 @@ mod tests {
         let flown = Flown { environment: &model, drag_ratio: 1.0, lift_ratio: 1.0 };
         let mut state = entry();
         state[4] = f64::NAN;
-        let end = Prediction::start(&flown, &state, 1.0, 0.0).step(&flown, 4.0, &STOP).unwrap();
+        let mut prediction = Prediction::start(&flown, &state, 1.0, 0.0);
+        assert!(prediction.step(&flown, 4.0, &STOP));
+        let end = prediction.end();
         assert!(!end.track_rad.is_finite());
     }
 }

@@ -168,11 +168,6 @@ impl Stretches {
         Self { begun: [0; LONGEST_STRETCH], length: 0, skipping: false }
     }
 
-    /// Whether the next byte begins a stretch.
-    pub(crate) const fn is_between(&self) -> bool {
-        self.length == 0 && !self.skipping
-    }
-
     /// Takes bytes off the front of `bytes` up to and including the next delimiter. `Some` for what lies before it, or
     /// because that is too long; `None` when the bytes are used up or the delimiter ended nothing.
     pub(crate) fn take<'b>(&'b mut self, bytes: &mut &'b [u8]) -> Option<Result<&'b [u8], Reject>> {
@@ -321,7 +316,6 @@ impl Body {
     }
 
     /// The payload of a stretch between delimiters, if its stuffing is consistent and its checksum agrees.
-    #[inline(never)]
     pub(crate) fn unstuffed(&mut self, stretch: &[u8]) -> Result<&[u8], Reject> {
         if stretch.len() < SHORTEST_STRETCH {
             return Err(Reject::Crc);

@@ -57,7 +57,7 @@ impl Sender {
     pub fn encode<'o, P: Packet>(
         &mut self,
         time: MissionTime,
-        packet: P,
+        packet: &P,
         out: &'o mut FrameBytes,
     ) -> Result<&'o [u8], EncodeError> {
         let bytes = encode_frame(&Frame { sequence: self.next_sequence, time, packet }, out)?;
@@ -109,9 +109,6 @@ impl<P: Packet> Receiver<P> {
     /// Takes bytes off the front of `bytes` up to the end of a frame; `Some` when that is a packet that is to be used.
     pub fn take(&mut self, bytes: &mut &[u8], counters: &mut RejectCounters) -> Option<Frame<P>> {
         let mut rest = *bytes;
-        if self.stretches.is_between() {
-            self.skip_doubles(&mut rest, counters);
-        }
         let stretch = self.stretches.take(&mut rest);
         *bytes = bytes.get(bytes.len() - rest.len()..).unwrap_or_default();
         let stretch = match stretch? {
@@ -121,10 +118,18 @@ impl<P: Packet> Receiver<P> {
                 return None;
             }
         };
+        // A flood of noise is to cost little.
         if stretch.len() < SHORTEST_STRETCH {
             counters.count(Reject::Crc);
             let runts = skip_runts(bytes);
             counters.crc = counters.crc.saturating_add(runts);
+            return None;
+        }
+        // So is a flood of doubles: the same bytes need no checksum and no decoding to be the same packet.
+        if self.last_length == stretch.len() + 1 && self.last.get(..stretch.len()).is_some_and(|l| are_same(l, stretch))
+        {
+            counters.duplicate = counters.duplicate.saturating_add(1);
+            skip_doubles(self.last.get(..self.last_length).unwrap_or_default(), bytes, counters);
             return None;
         }
         let frame = match self.body.unstuffed(stretch).and_then(decode::<Frame<P>>) {
@@ -150,19 +155,17 @@ impl<P: Packet> Receiver<P> {
         counters.accepted = counters.accepted.saturating_add(1);
         Some(frame)
     }
+}
 
-    /// Takes repetitions of the last packet used off the front of `bytes`. A flood of doubles is to cost little: the same
-    /// bytes need no checksum and no decoding to be the same packet.
-    #[inline(never)]
-    fn skip_doubles(&self, bytes: &mut &[u8], counters: &mut RejectCounters) {
-        let Some(last) = self.last.get(..self.last_length).filter(|last| !last.is_empty()) else { return };
-        // Each turn takes a byte or more.
-        while let Some((frame, rest)) = bytes.split_at_checked(last.len())
-            && are_same(frame, last)
-        {
-            counters.duplicate = counters.duplicate.saturating_add(1);
-            *bytes = rest;
-        }
+/// Takes repetitions of the last packet used off the front of `bytes`.
+fn skip_doubles(last: &[u8], bytes: &mut &[u8], counters: &mut RejectCounters) {
+    // Each turn takes a byte or more.
+    while let Some((frame, rest)) = bytes.split_at_checked(last.len())
+        && !last.is_empty()
+        && are_same(frame, last)
+    {
+        counters.duplicate = counters.duplicate.saturating_add(1);
+        *bytes = rest;
     }
 }
 
@@ -175,7 +178,7 @@ mod tests {
 
     fn wire(sender: &mut Sender, packet: Uplink) -> Vec<u8> {
         let mut out = [0; MAX_FRAME];
-        sender.encode(MissionTime(0), packet, &mut out).unwrap().to_vec()
+        sender.encode(MissionTime(0), &packet, &mut out).unwrap().to_vec()
     }
 
     fn receive(receiver: &mut Receiver<Uplink>, bytes: &[u8], counters: &mut RejectCounters) -> Vec<u16> {

@@ -23,6 +23,14 @@ impl FrameInputs {
         Self { imu: None, pressure: None, radio: [None; MAX_SOURCES], truth: None }
     }
 
+    /// Forgets all measurements.
+    pub const fn clear(&mut self) {
+        let Self { imu, pressure, radio, truth } = self;
+        (*imu, *pressure, *truth) = (None, None, None);
+        let [a, b, c, d] = radio;
+        (*a, *b, *c, *d) = (None, None, None, None);
+    }
+
     /// Puts a packet in its place; false when it is no measurement. Of two of the same kind the newer time stamp
     /// stays and the other one is counted as late; a radio packet of no known slot is counted as out of range.
     pub fn put(&mut self, time: MissionTime, packet: &Uplink, counters: &mut RejectCounters) -> bool {

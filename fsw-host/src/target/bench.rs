@@ -177,7 +177,8 @@ mod tests {
 
     fn greetings(count: usize) -> Vec<u8> {
         let (mut sender, mut room) = (Sender::new(), [0; MAX_FRAME]);
-        let mut greet = || sender.encode(MissionTime::ZERO, Uplink::Hello(Hello::ours(1)), &mut room).unwrap().to_vec();
+        let mut greet =
+            || sender.encode(MissionTime::ZERO, &Uplink::Hello(Hello::ours(1)), &mut room).unwrap().to_vec();
         (0..count).flat_map(|_| greet()).collect()
     }
 

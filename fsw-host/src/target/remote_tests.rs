@@ -87,7 +87,7 @@ fn fly(end: &mut dyn ComputerEnd) -> (FlightRecord, Pieces) {
 
 fn hello(sender: &mut Sender) -> Vec<u8> {
     let mut room = [0; fsw_core::link::framing::MAX_FRAME];
-    sender.encode(MissionTime::ZERO, Uplink::Hello(Hello::ours(1)), &mut room).unwrap().to_vec()
+    sender.encode(MissionTime::ZERO, &Uplink::Hello(Hello::ours(1)), &mut room).unwrap().to_vec()
 }
 
 #[test]

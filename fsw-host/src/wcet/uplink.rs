@@ -43,7 +43,7 @@ fn asked_for_cost() -> Vec<u8> {
     let (mut sender, mut room) = (Sender::new(), [0; MAX_FRAME]);
     let packets = [Uplink::Hello(Hello::ours(BUILD_ID)), Uplink::Command(Command::ReportCost { on: true })];
     // Every packet fits its own maximum size.
-    let mut bytes = |packet| sender.encode(MissionTime::ZERO, packet, &mut room).unwrap_or_default().to_vec();
+    let mut bytes = |packet| sender.encode(MissionTime::ZERO, &packet, &mut room).unwrap_or_default().to_vec();
     packets.into_iter().flat_map(&mut bytes).collect()
 }
 

@@ -445,7 +445,7 @@ impl<P: Plant> Conductor<P> {
         for packet in measurements.chain([Uplink::Imu(imu)]) {
             let mut room: FrameBytes = [0; MAX_FRAME];
             // Every packet fits its own maximum size.
-            if let Ok(bytes) = self.sender.encode(self.now(), packet, &mut room) {
+            if let Ok(bytes) = self.sender.encode(self.now(), &packet, &mut room) {
                 self.line.send(bytes, &mut self.pending);
             }
         }
@@ -483,7 +483,7 @@ impl<P: Plant> Conductor<P> {
 
     fn send(&mut self, packet: Uplink) {
         let mut room: FrameBytes = [0; MAX_FRAME];
-        if let Ok(bytes) = self.sender.encode(self.now(), packet, &mut room) {
+        if let Ok(bytes) = self.sender.encode(self.now(), &packet, &mut room) {
             self.pending.extend_from_slice(bytes);
         }
     }

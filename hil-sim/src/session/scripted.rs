@@ -76,7 +76,7 @@ impl Scripted {
             let mut room: FrameBytes = [0; MAX_FRAME];
             if let Some(answer) = answer {
                 out.extend_from_slice(
-                    self.sender.encode(MissionTime::of_frame(self.frame), answer, &mut room).unwrap(),
+                    self.sender.encode(MissionTime::of_frame(self.frame), &answer, &mut room).unwrap(),
                 );
             }
         }
