@@ -333,6 +333,8 @@ impl NavName {
 pub enum GuidanceName {
     /// The predictor-corrector of the paper.
     Paper,
+    /// The predictor rehearses the flight, in the air that it has learned.
+    Aeroshell,
 }
 
 impl GuidanceName {
@@ -341,6 +343,7 @@ impl GuidanceName {
     pub fn field_value(self) -> &'static str {
         match self {
             Self::Paper => "paper",
+            Self::Aeroshell => "aeroshell",
         }
     }
 }
