@@ -193,6 +193,8 @@ fn block(random: &mut Seeded) -> ParameterBlock {
                 alignment_gain_ps: g[12],
                 alignment_max_bank_rad: g[13],
                 alignment_freeze_range_m: g[14],
+                late_alignment_speed_mps: g[15],
+                range_alignment_speed_mps: g[16],
             })
         }
         8 => {

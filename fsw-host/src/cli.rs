@@ -25,6 +25,8 @@ pub struct Cli {
 pub enum Command {
     /// Fly one closed-loop entry over the link and write a run folder.
     Fly(FlyArgs),
+    /// Fly many dispersed entries and show what they have in common.
+    Campaign(CampaignArgs),
     /// Propagate one open-loop entry of the truth at a constant bank to CSV.
     Propagate(PropagateArgs),
     /// Feed recorded link logs to a fresh flight computer and compare every byte of its output.
@@ -50,6 +52,93 @@ pub struct Common {
     pub quiet: bool,
 }
 
+/// The algorithms by name: fields of the scenario too, and stronger than `--set`.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct Selection {
+    /// Navigation algorithm.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub nav: Option<NavName>,
+    /// Guidance algorithm.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub guidance: Option<GuidanceName>,
+    /// Parachute trigger.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub trigger: Option<TriggerName>,
+}
+
+impl Selection {
+    /// Every field to set, those of `--set` first.
+    #[must_use]
+    pub fn sets(&self, set: &[String]) -> Vec<String> {
+        let named = [
+            self.nav.map(|n| format!("navigation.filter={}", n.field_value())),
+            self.guidance.map(|g| format!("guidance.mode={}", g.field_value())),
+            self.trigger.map(|t| format!("deploy.trigger={}", t.field_value())),
+        ];
+        set.iter().cloned().chain(named.into_iter().flatten()).collect()
+    }
+
+    /// Arguments that tell `fly` the same scenario, quoted for a shell where they need it.
+    #[must_use]
+    pub fn fly_arguments(&self, scenario: &str, set: &[String]) -> Vec<String> {
+        let named = [
+            self.nav.map(|n| format!("--nav {}", n.field_value())),
+            self.guidance.map(|g| format!("--guidance {}", g.field_value())),
+            self.trigger.map(|t| format!("--trigger {}", t.field_value())),
+        ];
+        let sets = set.iter().map(|set| format!("--set {}", quoted(set)));
+        [quoted(scenario)].into_iter().chain(sets).chain(named.into_iter().flatten()).collect()
+    }
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// Options of `campaign`.
+#[derive(Clone, Debug, Args)]
+pub struct CampaignArgs {
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Shared options.
+    #[command(flatten)]
+    pub common: Common,
+    /// Algorithms.
+    #[command(flatten)]
+    pub selection: Selection,
+    /// Number of runs.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub runs: Option<u64>,
+    /// Seed of the dispersions.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    pub seed: u64,
+    /// First run: a shard of a larger campaign.
+    #[arg(long, value_name = "K", default_value_t = 0, allow_negative_numbers = true)]
+    pub first: u64,
+    /// Threads; as many as there are cores when left out. Results do not depend on it.
+    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    pub jobs: Option<std::num::NonZeroUsize>,
+    /// Flies every Nth run again with ideal navigation and with known density, for the split of the miss; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true)]
+    pub split: u64,
+    /// Merges the folders of shards into --out instead of flying.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["runs", "first", "jobs", "split"])]
+    pub merge: Vec<PathBuf>,
+    /// Campaign folder: new, or one in which the same campaign was begun, which then goes on. Without it
+    /// campaigns/SCENARIO-seedS-Nruns.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replaces another campaign in the folder.
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// Options of `fly`.
 #[derive(Clone, Debug, Default, Args)]
 pub struct FlyArgs {
@@ -68,15 +157,9 @@ pub struct FlyArgs {
     /// Turns the dispersions and sensor errors off.
     #[arg(long)]
     pub nominal: bool,
-    /// Navigation algorithm.
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub nav: Option<NavName>,
-    /// Guidance algorithm.
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub guidance: Option<GuidanceName>,
-    /// Parachute trigger.
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub trigger: Option<TriggerName>,
+    /// Algorithms.
+    #[command(flatten)]
+    pub selection: Selection,
     /// Where the truth simulator runs: in-process, tcp:HOST:PORT, or pty (a hil-sim process of its own).
     #[arg(long, value_name = "WHERE", default_value = "in-process")]
     pub truth: TruthPlace,
@@ -250,6 +333,8 @@ impl NavName {
 pub enum GuidanceName {
     /// The predictor-corrector of the paper.
     Paper,
+    /// The predictor rehearses the flight, in the air that it has learned.
+    Aeroshell,
 }
 
 impl GuidanceName {
@@ -258,6 +343,7 @@ impl GuidanceName {
     pub fn field_value(self) -> &'static str {
         match self {
             Self::Paper => "paper",
+            Self::Aeroshell => "aeroshell",
         }
     }
 }
@@ -373,9 +459,17 @@ mod tests {
         let cli = Cli::try_parse_from(["aeroshell", "msl-beacon", "--seed", "7", "--nav", "dead-reckoning"]).unwrap();
         assert!(cli.command.is_none());
         assert_eq!(
-            (cli.fly.scenario.as_str(), cli.fly.seed, cli.fly.nav),
+            (cli.fly.scenario.as_str(), cli.fly.seed, cli.fly.selection.nav),
             ("msl-beacon", 7, Some(NavName::DeadReckoning))
         );
+    }
+
+    #[test]
+    fn arguments_for_another_flight_are_quoted_for_a_shell() {
+        let selection = Selection { nav: Some(NavName::Ideal), ..Selection::default() };
+        let arguments = selection.fly_arguments("my entry.toml", &["a.b=1".into(), "c={d=\"e's\"}".into()]);
+        let expected = ["'my entry.toml'", "--set a.b=1", "--set 'c={d=\"e'\\''s\"}'", "--nav ideal"];
+        assert_eq!(arguments, expected);
     }
 
     #[test]

@@ -59,6 +59,9 @@ pub enum HostError {
     /// The flight computer is lost.
     #[error(transparent)]
     Computer(#[from] ComputerError),
+    /// The user stopped what was going on.
+    #[error("interrupted: the same command goes on where it was")]
+    Interrupted,
     /// An option with a bad value.
     #[error("{0}")]
     Option(String),

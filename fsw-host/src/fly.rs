@@ -80,7 +80,7 @@ fn recorder(scenario: &Scenario, id: FlightId) -> Recorder {
 /// # Errors
 /// Bad input, or files that cannot be written.
 pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
-    let scenario = Scenario::resolve(&args.scenario, &sets(args))?;
+    let scenario = Scenario::resolve(&args.scenario, &args.selection.sets(&args.common.set))?;
     scenario.check_reach().map_err(|e| ScenarioError { message: format!("{}: {e}", args.scenario) })?;
     let id = FlightId { seed: args.seed, run: args.run, nominal: args.nominal };
     // Both ends stand before the folder is made: bad input leaves nothing behind.
@@ -154,16 +154,6 @@ fn start_log(log: LogStream, folder: &RunFolder, args: &FlyArgs, progress: &Prog
     Ok(log.write_to(&folder.path().join(BOARD_LOG), show)?)
 }
 
-/// `--set` fields; the named algorithms are fields too and win.
-fn sets(args: &FlyArgs) -> Vec<String> {
-    let named = [
-        args.nav.map(|n| format!("navigation.filter={}", n.field_value())),
-        args.guidance.map(|g| format!("guidance.mode={}", g.field_value())),
-        args.trigger.map(|t| format!("deploy.trigger={}", t.field_value())),
-    ];
-    args.common.set.iter().cloned().chain(named.into_iter().flatten()).collect()
-}
-
 fn truth_end(args: &FlyArgs, scenario: &Scenario, id: FlightId) -> Result<Box<dyn TruthEnd>, HostError> {
     let open = |place: &str| RemoteTruth::open(place, scenario, id.seed, id.run, id.nominal);
     Ok(match &args.truth {
@@ -181,7 +171,7 @@ fn truth_end(args: &FlyArgs, scenario: &Scenario, id: FlightId) -> Result<Box<dy
 }
 
 /// The name of a scenario as part of a path: letters, digits, `-`, `_` and `.` stay.
-fn file_name(name: &str) -> String {
+pub(crate) fn file_name(name: &str) -> String {
     let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     name.chars().map(|c| if keep(c) { c } else { '-' }).collect()
 }

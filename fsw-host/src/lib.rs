@@ -3,6 +3,7 @@
 //! The binary `aeroshell` is a thin command line over this library: [`cli`] reads the arguments, one module per
 //! command does the work, and everything a flight leaves behind passes through one [`record::FlightRecord`].
 
+pub mod campaign;
 pub mod cli;
 pub mod cost;
 pub mod cycles;

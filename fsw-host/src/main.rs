@@ -5,13 +5,14 @@ use std::process::ExitCode;
 use clap::Parser;
 use fsw_host::cli::{Cli, Command};
 use fsw_host::error::HostError;
-use fsw_host::{fly, propagate, replay, scenarios, wcet};
+use fsw_host::{campaign, fly, propagate, replay, scenarios, wcet};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         None => fly::run(&cli.fly),
         Some(Command::Fly(args)) => fly::run(&args),
+        Some(Command::Campaign(args)) => campaign::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Wcet(args)) => wcet::run(&args),

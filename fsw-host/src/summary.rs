@@ -48,7 +48,8 @@ pub fn of(record: &FlightRecord, link: LinkCounters, output_hash: String, wall_s
     }
 }
 
-fn deploy_state(sample: &TruthSample) -> DeployState {
+/// True conditions at deployment, from the last true state.
+pub(crate) fn deploy_state(sample: &TruthSample) -> DeployState {
     DeployState {
         time_s: sample.time_s,
         altitude_m: sample.altitude_m,
@@ -61,7 +62,7 @@ fn deploy_state(sample: &TruthSample) -> DeployState {
 }
 
 /// None for a success, else one sentence.
-fn why_no_success(end: &End, deploy: Option<&DeployState>, limits: &DeployParameters) -> Option<String> {
+pub(crate) fn why_no_success(end: &End, deploy: Option<&DeployState>, limits: &DeployParameters) -> Option<String> {
     match (end, deploy) {
         (End::Deployed, Some(deploy)) => outside_the_box(deploy, limits),
         (End::Deployed, None) => Some("the parachute was fired but no true state was recorded".to_owned()),

@@ -125,7 +125,7 @@ fn entry(scenario: &Scenario, planet: &Planet, values: &Values) -> PlanetRelativ
 }
 
 /// The turn about the planet's centre that moves a point ahead along its track and to the right of it, m on its own sphere.
-fn track_shift(
+pub(crate) fn track_shift(
     r_p: &Vec3<PlanetFixed>,
     v_p: &Vec3<PlanetFixed>,
     along_m: f64,

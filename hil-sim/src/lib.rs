@@ -22,6 +22,7 @@ pub mod noise;
 pub mod orbiter;
 pub mod propagate;
 pub mod reach;
+pub mod readback;
 pub mod scenario;
 pub mod sensors;
 pub mod session;

@@ -170,6 +170,24 @@ impl Truth {
         self.increments
     }
 
+    /// The flow about the vehicle now.
+    #[must_use]
+    pub fn flow(&self) -> &Flow {
+        &self.flow
+    }
+
+    /// Planet-relative speed now, m/s.
+    #[must_use]
+    pub fn speed_mps(&self) -> f64 {
+        (self.motion.v_i - crate::dynamics::surface_velocity(&self.motion.r_i, &self.case.world.planet)).norm()
+    }
+
+    /// Bank about the air-relative velocity now, rad; not wrapped.
+    #[must_use]
+    pub fn bank_rad(&self) -> f64 {
+        self.bank.angle_rad
+    }
+
     /// Frames flown.
     #[must_use]
     pub fn frame(&self) -> u32 {

@@ -132,7 +132,7 @@ pub const NAVIGATION: [Limit; 17] = [
     limit("gate_sigma", "1", 0.5, 1e3),
 ];
 /// [`crate::link::parameters::GuidanceParameters`]; the smallest bank lies below the largest.
-pub const GUIDANCE: [Limit; 15] = [
+pub const GUIDANCE: [Limit; 17] = [
     limit("predictor_step_s", "s", 0.1, 20.0),
     limit("prediction_horizon_s", "s", 10.0, 3600.0),
     limit("tolerance_m", "m", 0.1, 1e6),
@@ -148,6 +148,8 @@ pub const GUIDANCE: [Limit; 15] = [
     limit("alignment_gain_ps", "1/s", 0.0, 10.0),
     limit("alignment_max_bank_rad", "rad", 0.0, FRAC_PI_2),
     limit("alignment_freeze_range_m", "m", 0.0, 1e6),
+    limit("late_alignment_speed_mps", "m/s", 0.0, 1e4),
+    limit("range_alignment_speed_mps", "m/s", 0.0, 1e4),
 ];
 /// [`crate::link::parameters::ConstraintParameters`].
 pub const CONSTRAINTS: [Limit; 3] = [

@@ -8,7 +8,7 @@ use super::schedule::{
 use crate::config::Config;
 use crate::control::{self, BankDemand};
 use crate::fault::{EventLog, FrameReport, Monitor};
-use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, trigger};
+use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, alignment_speed_mps, trigger};
 use crate::link::packet::{
     Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, Pace, RejectCounters, Severity,
 };
@@ -205,7 +205,11 @@ impl Executive {
         };
         let thresholds = Thresholds {
             range_control_load_mps2: self.config.guidance.range_control_load_mps2,
-            alignment_speed_mps: self.config.guidance.alignment_speed_mps,
+            alignment_speed_mps: alignment_speed_mps(
+                &self.config.guidance,
+                self.config.modes.guidance,
+                self.config.modes.trigger,
+            ),
         };
         let next = modes::next(self.mode, &facts, &thresholds);
         if next != self.mode {
@@ -293,6 +297,9 @@ fn nav_context<'a>(config: &'a Config, model: &'a OnboardModel, demand: &BankDem
     }
 }
 
+/// √(minor frames per second): white noise of a rate over one frame.
+const ROOT_FRAMES_PER_SECOND: f64 = 7.071_067_811_865_475;
+
 fn guidance_context<'a>(config: &'a Config, model: &'a OnboardModel) -> GuidanceContext<'a> {
     GuidanceContext {
         model,
@@ -302,5 +309,7 @@ fn guidance_context<'a>(config: &'a Config, model: &'a OnboardModel) -> Guidance
         constraints: &config.constraints,
         control: &config.control,
         trigger: config.modes.trigger,
+        mode: config.modes.guidance,
+        force_noise_mps2: config.navigation.accelerometer_noise * ROOT_FRAMES_PER_SECOND,
     }
 }

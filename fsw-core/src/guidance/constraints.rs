@@ -9,15 +9,16 @@ use crate::model::loads::{dynamic_pressure_pa, heat_flux_wpm2, sensed_load_mps2}
 /// Number of constraints: sensed load, heat flux, dynamic pressure, in this order everywhere.
 pub const CONSTRAINTS: usize = 3;
 
-/// Sensed load (m/s²), heat flux (W/m²) and dynamic pressure (Pa) in a flow. P4 eq. 8 and 10 as corrected; the load is
-/// the sensed one, √(L² + D²). `drag_ratio` is what the flow's coefficients, not its density, hold of the density ratio.
+/// Drag acceleration (m/s²), then sensed load (m/s²), heat flux (W/m²) and dynamic pressure (Pa) in a flow. P4 eq. 8 and 10
+/// as corrected; the load is the sensed one, √(L² + D²).
+#[inline(always)]
 #[must_use]
-pub fn loads(model: &OnboardModel, drag_ratio: f64, flow: &Flow<f64>) -> [f64; CONSTRAINTS] {
+pub fn loads(model: &OnboardModel, flow: &Flow<f64>) -> [f64; 1 + CONSTRAINTS] {
     let pressure = dynamic_pressure_pa(flow.density_kgpm3, flow.speed_mps);
-    let coefficient = sensed_load_mps2(flow.drag_coefficient, flow.lift_coefficient);
-    let load = 2.0 * pressure * model.constants().half_area_per_mass_m2pkg * coefficient;
-    let heat = heat_flux_wpm2(flow.density_kgpm3 * drag_ratio, flow.speed_mps, model.vehicle.nose_radius_m);
-    [load, heat, pressure * drag_ratio]
+    let per_coefficient = 2.0 * pressure * model.constants().half_area_per_mass_m2pkg;
+    let load = per_coefficient * sensed_load_mps2(flow.drag_coefficient, flow.lift_coefficient);
+    let heat = heat_flux_wpm2(flow.density_kgpm3, flow.speed_mps, model.vehicle.nose_radius_m);
+    [per_coefficient * flow.drag_coefficient, load, heat, pressure]
 }
 
 /// Highest value of each load along a path sampled at equal steps; a peak between two samples is taken from the parabola

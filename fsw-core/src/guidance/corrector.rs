@@ -38,6 +38,8 @@ pub struct Search {
     pub tolerance_m: f64,
     /// Secant iterations, at most.
     pub max_iterations: u8,
+    /// Slope of the downrange error with the cosine of the bank, m, as an earlier search found it.
+    pub slope_m: Option<f64>,
 }
 
 /// The search under way: [`Corrector::next`] says which bank to predict, [`Corrector::take`] is told the result.
@@ -50,6 +52,7 @@ pub struct Corrector {
     first: f64,
     tolerance_m: f64,
     max_samples: usize,
+    slope_m: Option<f64>,
     samples: heapless::Vec<Sample, MAX_PREDICTIONS>,
 }
 
@@ -72,6 +75,7 @@ impl Corrector {
             second: cos(second),
             tolerance_m: search.tolerance_m,
             max_samples: (STARTING_POINTS + iterations).min(MAX_PREDICTIONS),
+            slope_m: search.slope_m,
             samples: heapless::Vec::new(),
         }
     }
@@ -96,7 +100,10 @@ impl Corrector {
         let wanted = match self.samples.as_slice() {
             [] => self.first,
             [.., last] if self.is_good(last) || self.is_stuck_at_a_limit(last) => return None,
-            [_] => self.second,
+            [first] => match self.slope_m {
+                Some(slope_m) => clamp(first.cos_bank - first.error_m / slope_m, self.low, self.high),
+                None => self.second,
+            },
             [..] => self.improved()?,
         };
         // A point tried before would only repeat itself.
@@ -109,8 +116,7 @@ impl Corrector {
     /// P4 takes the last two; the error bends with cos σ, so that from far off the nearest two do better.
     fn improved(&self) -> Option<f64> {
         let best = self.samples.iter().reduce(nearer)?;
-        let other = self.samples.iter().filter(|s| s.cos_bank != best.cos_bank).reduce(nearer)?;
-        let slope = (best.error_m - other.error_m) / (best.cos_bank - other.cos_bank);
+        let slope = self.found_slope_m()?;
         // The slope is positive by physics; where it is not, head for the end of the range that helps.
         let end = if best.error_m > 0.0 { self.low } else { self.high };
         let secant = if slope > 0.0 { clamp(best.cos_bank - best.error_m / slope, self.low, self.high) } else { end };
@@ -122,6 +128,26 @@ impl Corrector {
         })
     }
 
+    /// Slope of the error through the two samples nearest to the target, m; `None` before there are two.
+    #[must_use]
+    #[inline(never)]
+    pub fn found_slope_m(&self) -> Option<f64> {
+        let best = self.samples.iter().reduce(nearer)?;
+        let other = self.samples.iter().filter(|s| s.cos_bank != best.cos_bank).reduce(nearer)?;
+        Some((best.error_m - other.error_m) / (best.cos_bank - other.cos_bank))
+    }
+
+    /// The cosine of the bank at which the straight line through the best sample, of slope `slope_m`, meets the target.
+    #[must_use]
+    pub fn refined(&self, best: &Sample, slope_m: f64) -> f64 {
+        let line = clamp(best.cos_bank - best.error_m / slope_m, self.low, self.high);
+        match self.bracket() {
+            Some((short, long)) => clamp(line, short.cos_bank, long.cos_bank),
+            None => line,
+        }
+    }
+
+    #[inline(never)]
     /// The tightest pair of a short sample and a long one with more lift up.
     fn bracket(&self) -> Option<(Sample, Sample)> {
         let shorts = self.samples.iter().filter(|s| s.error_m < 0.0);
@@ -149,6 +175,7 @@ impl Corrector {
 
     /// The sample with the smallest error and what it means; `None` when nothing has been predicted.
     #[must_use]
+    #[inline(never)]
     pub fn best(&self) -> Option<(Sample, CycleOutcome)> {
         let best = self.samples.iter().reduce(nearer)?;
         let outcome = if self.is_good(best) {
@@ -183,6 +210,7 @@ impl Corrector {
 }
 
 /// The sample that ends nearer to the target; the first of two equals.
+#[inline(never)]
 fn nearer<'a>(a: &'a Sample, b: &'a Sample) -> &'a Sample {
     if abs(b.error_m) < abs(a.error_m) { b } else { a }
 }
@@ -207,6 +235,7 @@ mod tests {
             increment_rad: rad(40.0),
             tolerance_m: 100.0,
             max_iterations: 2,
+            slope_m: None,
         }
     }
 
@@ -257,10 +286,11 @@ mod tests {
         fn the_bound_of_calls_and_the_bank_limits_hold_for_any_error(
             errors in prop::array::uniform8(prop::num::f64::ANY), first in prop::num::f64::ANY,
             increment in prop::num::f64::ANY, min in prop::num::f64::ANY, max in prop::num::f64::ANY, iterations in 0u8..=255,
+            slope in prop::option::of(prop::num::f64::ANY),
         ) {
             let search = Search {
                 min_bank_rad: min, max_bank_rad: max, first_bank_rad: first, increment_rad: increment,
-                tolerance_m: 100.0, max_iterations: iterations,
+                tolerance_m: 100.0, max_iterations: iterations, slope_m: slope,
             };
             let mut corrector = Corrector::new(&search);
             let mut calls = 0;

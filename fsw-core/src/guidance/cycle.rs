@@ -6,18 +6,22 @@ use crate::control;
 use crate::frames::{PlanetFixed, Vec3};
 use crate::link::packet::CycleOutcome;
 use crate::link::parameters::{ConstraintParameters, ControlParameters, GuidanceParameters};
-use crate::math::fun::{sin_cos, sqrt};
+use crate::math::fun::sqrt;
 use crate::math::num::{clamp, wrap_angle};
-use crate::math::rk4;
 use crate::model::OnboardModel;
-use crate::model::entry::{Scaled, cartesian_rates};
 use crate::probe::{Kernel, Probe};
 use crate::time::{FRAME, FRAMES_PER_SECOND};
 
+use super::air::{Adapted, AirProfile};
 use super::constraints::Peaks;
 use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
 use super::course::Course;
-use super::predictor::{self, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, State, Stop};
+use super::predictor::{
+    self, Bank, EVALUATIONS_PER_EVENT, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, State, Stop,
+    acceleration, stepped,
+};
+use super::steering::{Pilot, Steering};
+use super::turn::BankState;
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
 pub const MAX_EVALUATIONS: u16 = 2400;
@@ -51,6 +55,10 @@ pub struct CycleContext<'a> {
     pub stop: Stop,
     /// Direction of the target, planet-fixed unit vector.
     pub target_p: Vec3<PlanetFixed>,
+    /// The air that predictions fly.
+    pub air: &'a AirProfile,
+    /// What predictions rehearse; without it they hold their bank.
+    pub steering: Option<Steering<'a>>,
 }
 
 /// Where a cycle starts from.
@@ -66,8 +74,8 @@ pub struct CycleStart {
     pub command_rad: f64,
     /// Side to predict on, +1 right or −1 left.
     pub side: f64,
-    /// Density over that of the onboard model.
-    pub density_ratio: f64,
+    /// Slope of the downrange error with the cosine of the bank, m, where an earlier cycle found one.
+    pub slope_m: Option<f64>,
     /// Minor frames until the result takes effect.
     pub frames_to_effect: u32,
 }
@@ -121,6 +129,7 @@ impl Cycle {
             increment_rad: guidance.bank_increment_rad,
             tolerance_m: guidance.tolerance_m,
             max_iterations: guidance.max_iterations,
+            slope_m: start.slope_m,
         };
         Self {
             start: *start,
@@ -146,7 +155,7 @@ impl Cycle {
         }
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
         let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
-        let model = self.model(context);
+        let model = Self::model(context);
         probe.kernel_done(Kernel::Corrector, 0);
         // Each turn but the last flies a step or more.
         while left > 0 && !self.finished {
@@ -154,7 +163,7 @@ impl Cycle {
             if self.flying.is_none() {
                 self.take_off(&model, context, probe);
             }
-            let (steps, ended) = self.fly_on(left, &model, step_s, &context.stop);
+            let (steps, ended) = self.fly_on(left, &model, step_s, context);
             probe.kernel_done(Kernel::Predictor, u32::from(self.evaluations.saturating_sub(before)));
             left = left.saturating_sub(steps);
             if ended {
@@ -182,11 +191,11 @@ impl Cycle {
     }
 
     /// The onboard model in the air that navigation found when the cycle started.
-    fn model<'a>(&self, context: &CycleContext<'a>) -> predictor::Flown<'a> {
-        let ratio = self.start.density_ratio;
-        Scaled { environment: context.model, drag_ratio: ratio, lift_ratio: ratio }
+    fn model<'a>(context: &CycleContext<'a>) -> predictor::Flown<'a> {
+        Adapted { model: context.model, air: context.air }
     }
 
+    #[inline(never)] // five times a second
     /// One step towards the instant of effect, under the bank that control will fly meanwhile.
     fn propagate(&mut self, context: &CycleContext<'_>) {
         let frames = self.frames_left.min(PROPAGATION_FRAMES);
@@ -199,12 +208,13 @@ impl Cycle {
             s.bank_rate_radps = demand.rate_radps;
         }
         let step_s = f64::from(frames) * frame_s;
-        let model = self.model(context);
+        let model = Self::model(context);
         let rate = (self.start.bank_rad - bank_before) / step_s;
-        self.start.state = rk4(&self.start.state, step_s, |offset_s, state| {
-            let (sin_bank, cos_bank) = sin_cos(wrap_angle(bank_before + rate * offset_s));
-            cartesian_rates(&model, state, cos_bank, sin_bank)
-        });
+        let banks = [0.0, 0.5, 1.0].map(|share| Bank::of(wrap_angle(bank_before + rate * share * step_s)));
+        let [first, ..] = &banks;
+        let acceleration = acceleration(&model, &self.start.state, first);
+        let state = self.start.state;
+        stepped(&model, &state, &acceleration, step_s, &banks, &mut self.start.state);
         self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
         self.frames_left -= frames;
         self.range_to_go_m = range_to_go_m(&self.start.state, context);
@@ -213,19 +223,26 @@ impl Cycle {
     /// At most so many steps of the prediction under way: how many, and whether they reach its end. Finishes the cycle
     /// when there is none or no evaluation is left.
     #[inline]
-    fn fly_on(&mut self, most: u32, model: &predictor::Flown<'_>, step_s: f64, stop: &Stop) -> (u32, bool) {
-        let affordable = u32::from(MAX_EVALUATIONS.saturating_sub(self.evaluations) / EVALUATIONS_PER_STEP);
+    fn fly_on(
+        &mut self,
+        most: u32,
+        model: &predictor::Flown<'_>,
+        step_s: f64,
+        context: &CycleContext<'_>,
+    ) -> (u32, bool) {
+        let affordable =
+            MAX_EVALUATIONS.saturating_sub(self.evaluations) / (EVALUATIONS_PER_STEP + EVALUATIONS_PER_EVENT);
         let (Some(prediction), true) = (&mut self.flying, affordable > 0) else {
             self.finished = true;
             return (0, false);
         };
         let (mut steps, mut ended) = (0, false);
-        while steps < most.min(affordable) && !ended {
-            ended = prediction.step(model, step_s, stop);
+        let (before, steering) = (prediction.evaluations(), context.steering.as_ref());
+        while steps < most.min(u32::from(affordable)) && !ended {
+            ended = prediction.step(model, step_s, &context.stop, steering);
             steps += 1;
         }
-        let evaluations = steps * u32::from(EVALUATIONS_PER_STEP);
-        self.evaluations = self.evaluations.saturating_add(u16::try_from(evaluations).unwrap_or(MAX_EVALUATIONS));
+        self.evaluations = self.evaluations.saturating_add(prediction.evaluations().saturating_sub(before));
         self.steps += steps;
         self.longest = self.longest.max(self.steps);
         (steps, ended)
@@ -240,10 +257,16 @@ impl Cycle {
         }
         let Some(cos_bank) = self.corrector.next().or_else(|| self.relief_to_try(context)) else { return };
         probe.kernel_done(Kernel::Corrector, 0);
-        let sin_bank = self.start.side * sqrt(clamp(1.0 - cos_bank * cos_bank, 0.0, 1.0));
         self.evaluations += EVALUATIONS_TO_START;
         self.cos_bank = cos_bank;
-        self.flying = Some(Prediction::start(model, &self.start.state, cos_bank, sin_bank));
+        let s = &self.start;
+        self.flying = Some(if context.steering.is_some() {
+            let bank = BankState { bank_rad: wrap_angle(s.bank_rad), rate_radps: s.bank_rate_radps };
+            Prediction::rehearsed(model, &s.state, Pilot::new(bank, bank_of(cos_bank), s.side))
+        } else {
+            let sin_bank = s.side * sqrt(clamp(1.0 - cos_bank * cos_bank, 0.0, 1.0));
+            Prediction::held(model, &s.state, cos_bank, sin_bank)
+        });
     }
 
     /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.
@@ -254,7 +277,12 @@ impl Cycle {
         let cos_bank = self.cos_bank;
         let Some(end) = self.flying.take().map(|prediction| prediction.end()) else { return };
         self.steps = 0;
-        let error_m = end.track_rad * context.model.planet.radius_m - self.range_to_go_m;
+        let error_m = match &context.steering {
+            Some(_) => {
+                end.beyond_rad(&context.target_p).map_or(f64::NAN, |[ahead, _]| ahead * context.model.planet.radius_m)
+            }
+            None => end.track_rad * context.model.planet.radius_m - self.range_to_go_m,
+        };
         if !error_m.is_finite() {
             self.finished = true;
             return;
@@ -294,10 +322,11 @@ impl Cycle {
     /// line (in cos σ) to the gentlest path with more lift up; where no such path is gentler, the limit cannot be helped
     /// by bank and the range solution stands.
     #[must_use]
+    #[inline(never)] // once a second
     pub fn result(&self, constraints: &ConstraintParameters) -> Option<CycleResult> {
         let (best, outcome) = self.best()?;
         let unbounded = CycleResult {
-            bank_rad: bank_of(best.sample.cos_bank),
+            bank_rad: bank_of(self.refined(&best.sample)),
             error_m: best.sample.error_m,
             peaks: best.peaks,
             outcome,
@@ -321,6 +350,21 @@ impl Cycle {
             peaks: if share > 0.5 { relief.peaks } else { best.peaks },
             outcome: CycleOutcome::Constrained,
         })
+    }
+
+    /// The cosine of the bank to command: that of the best sample, put right by the slope where one is remembered.
+    fn refined(&self, best: &Sample) -> f64 {
+        match self.slope_m() {
+            Some(slope_m) if self.start.slope_m.is_some() => self.corrector.refined(best, slope_m),
+            _ => best.cos_bank,
+        }
+    }
+
+    /// Slope of the downrange error with the cosine of the bank, m: as this cycle found it, else as remembered.
+    #[must_use]
+    #[inline(never)]
+    pub fn slope_m(&self) -> Option<f64> {
+        self.corrector.found_slope_m().filter(|slope| *slope > 0.0).or(self.start.slope_m)
     }
 
     /// Evaluations of the equations of motion so far.

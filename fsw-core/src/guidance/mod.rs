@@ -10,6 +10,8 @@
 //! frame 50 (k+1)    its bank magnitude takes effect, with the side from the estimate of that frame; next cycle starts
 //! ```
 
+pub mod adaptation;
+pub mod air;
 pub mod constraints;
 pub mod corrector;
 pub mod course;
@@ -18,12 +20,14 @@ pub mod density;
 pub mod heading;
 pub mod lateral;
 pub mod predictor;
+pub mod steering;
 pub mod trigger;
+pub mod turn;
 
 use crate::frames::{PlanetFixed, Vec3, surface_point};
 use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
-    ConstraintParameters, ControlParameters, DeployParameters, GuidanceParameters, Target, TriggerKind,
+    ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
@@ -31,10 +35,14 @@ use crate::nav::Estimate;
 use crate::probe::{Kernel, NoProbe, Probe};
 use crate::time::{FRAMES_PER_SECOND, MissionTime};
 
+use adaptation::Adaptation;
+use air::{Adapted, AirProfile};
 use course::Course;
 use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
+use steering::{Sight, Steering};
+use turn::BankState;
 
 /// Steps that the first cycle expects a prediction to take: half of what it is allowed. One that takes more is noticed
 /// while it is flown, and the quota grows.
@@ -57,6 +65,10 @@ pub struct GuidanceContext<'a> {
     pub control: &'a ControlParameters,
     /// Which trigger fires the parachute.
     pub trigger: TriggerKind,
+    /// Algorithm.
+    pub mode: GuidanceMode,
+    /// Error of the inertial unit's force over one minor frame, m/s².
+    pub force_noise_mps2: f64,
 }
 
 impl<'a> GuidanceContext<'a> {
@@ -66,8 +78,30 @@ impl<'a> GuidanceContext<'a> {
         surface_point(self.target.longitude_rad, self.target.latitude_rad)
     }
 
-    fn cycle(&self) -> CycleContext<'a> {
+    /// Speed below which the heading is aligned, m/s.
+    #[must_use]
+    pub fn alignment_speed_mps(&self) -> f64 {
+        alignment_speed_mps(self.guidance, self.mode, self.trigger)
+    }
+
+    fn steering(&self) -> Option<Steering<'a>> {
+        (self.mode == GuidanceMode::Aeroshell).then(|| Steering {
+            guidance: self.guidance,
+            control: self.control,
+            target_p: self.target_p(),
+            radius_m: self.model.planet.radius_m,
+            alignment_speed_mps: self.alignment_speed_mps(),
+            stop_speed_mps: self.deploy.speed_mps,
+        })
+    }
+
+    fn cycle<'b>(&self, air: &'b AirProfile) -> CycleContext<'b>
+    where
+        'a: 'b,
+    {
         CycleContext {
+            air,
+            steering: self.steering(),
             model: self.model,
             guidance: self.guidance,
             constraints: self.constraints,
@@ -79,6 +113,16 @@ impl<'a> GuidanceContext<'a> {
             },
             target_p: self.target_p(),
         }
+    }
+}
+
+/// Speed below which the heading is aligned, m/s.
+#[must_use]
+pub fn alignment_speed_mps(guidance: &GuidanceParameters, mode: GuidanceMode, trigger: TriggerKind) -> f64 {
+    match (mode, trigger) {
+        (GuidanceMode::Aeroshell, TriggerKind::Range) => guidance.range_alignment_speed_mps,
+        (GuidanceMode::Aeroshell, TriggerKind::Speed) => guidance.late_alignment_speed_mps,
+        _ => guidance.alignment_speed_mps,
     }
 }
 
@@ -126,6 +170,10 @@ pub struct Guidance {
     reversals: u8,
     out_of_reach: bool,
     alignment: Alignment,
+    adaptation: Adaptation,
+    air: AirProfile,
+    /// Slope of the downrange error with the cosine of the bank, m.
+    slope_m: Option<f64>,
 }
 
 impl Default for Guidance {
@@ -148,6 +196,9 @@ impl Guidance {
             reversals: 0,
             out_of_reach: false,
             alignment: Alignment::NEW,
+            adaptation: Adaptation::NEW,
+            air: AirProfile::NOMINAL,
+            slope_m: None,
         }
     }
 
@@ -172,6 +223,7 @@ impl Guidance {
         let on_the_second = input.frame.is_multiple_of(FRAMES_PER_SECOND) || second > self.second;
         self.second = second;
         let mut output = GuidanceOutput::default();
+        self.learn(input);
         match input.mode {
             Mode::Standby | Mode::Coast => self.command_rad = wrap_angle(input.context.control.initial_bank_rad),
             Mode::RangeControl => self.range_control(input, on_the_second, &mut output, probe),
@@ -187,7 +239,20 @@ impl Guidance {
         output
     }
 
+    /// Learns the air, and tabulates it in the last frame of a second for the cycle that begins in the next.
+    fn learn(&mut self, input: &GuidanceInput<'_>) {
+        let context = &input.context;
+        let last = input.frame % FRAMES_PER_SECOND == FRAMES_PER_SECOND - 1;
+        if context.mode == GuidanceMode::Aeroshell {
+            self.adaptation.observe(input.estimate, context.model, context.force_noise_mps2);
+            if last {
+                self.adaptation.tabulate(&mut self.air);
+            }
+        }
+    }
+
     /// Range control: cycles of one second.
+    #[inline(never)]
     fn range_control(
         &mut self,
         input: &GuidanceInput<'_>,
@@ -195,7 +260,6 @@ impl Guidance {
         output: &mut GuidanceOutput,
         probe: &mut impl Probe,
     ) {
-        let context = input.context.cycle();
         if on_the_second {
             if self.side == 0.0 {
                 self.side = if self.command_rad < 0.0 { -1.0 } else { 1.0 };
@@ -209,7 +273,12 @@ impl Guidance {
                 }
                 if let Some(cycle) = &ended {
                     self.longest_prediction = cycle.longest_prediction();
+                    self.slope_m = cycle.slope_m();
                     output.telemetry = Some(self.report(cycle, result.as_ref(), course, input));
+                }
+                if input.context.mode == GuidanceMode::Paper {
+                    self.air.set_constant(density::ratio(input.estimate));
+                    self.slope_m = None;
                 }
                 self.cycle = Some(Cycle::new(&self.cycle_start(input), input.context.guidance));
             } else {
@@ -217,6 +286,7 @@ impl Guidance {
             }
             self.cycles = self.cycles.saturating_add(1);
         }
+        let context = input.context.cycle(&self.air);
         if let (Some(cycle), false) = (&mut self.cycle, input.shed) {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
@@ -233,12 +303,13 @@ impl Guidance {
             bank_rate_radps: input.estimate.bank_rate_radps,
             command_rad: self.command_rad,
             side: self.side,
-            density_ratio: density::ratio(input.estimate),
+            slope_m: self.slope_m,
             frames_to_effect: FRAMES_PER_SECOND - input.frame % FRAMES_PER_SECOND,
         }
     }
 
     /// The command of an ended cycle: its magnitude, on the side that the lateral logic wants now.
+    #[inline(never)]
     fn take_effect(
         &mut self,
         result: &CycleResult,
@@ -263,11 +334,14 @@ impl Guidance {
     }
 
     /// Heading alignment: a new command in every frame, a report once a second.
+    #[inline(never)]
     fn heading_alignment(&mut self, input: &GuidanceInput<'_>, on_the_second: bool, output: &mut GuidanceOutput) {
         let (estimate, context) = (input.estimate, &input.context);
         let target_p = context.target_p();
         let course = usable_course(estimate);
-        if course.is_some() {
+        if let (Some(_), Some(steering)) = (&course, context.steering()) {
+            self.command_rad = self.sighted(estimate, context, &steering);
+        } else if course.is_some() {
             let state = AlignmentState {
                 r_p: &estimate.r_p,
                 v_p: &estimate.v_p,
@@ -287,7 +361,20 @@ impl Guidance {
         }
     }
 
+    /// The bank of proportional navigation from the estimate.
+    #[inline(never)]
+    fn sighted(&self, estimate: &Estimate, context: &GuidanceContext<'_>, steering: &Steering<'_>) -> f64 {
+        let ([x, y, z], [vx, vy, vz]) = (estimate.r_p.to_array(), estimate.v_p.to_array());
+        let state = [x, y, z, vx, vy, vz];
+        let model = Adapted { model: context.model, air: &self.air };
+        let bank = BankState { bank_rad: 0.0, rate_radps: 0.0 };
+        let [ax, ay, az] = predictor::acceleration(&model, &state, &predictor::Bank::of(0.0));
+        let lift_mps2 = model.lift_mps2(estimate.altitude_m, estimate.speed_mps);
+        Sight::new(&state, estimate.r_p.norm(), steering).command(&[ax, ay, az], &bank, lift_mps2, steering)
+    }
+
     /// The report of an ended cycle; `Held` when it found nothing.
+    #[inline(never)]
     fn report(
         &self,
         cycle: &Cycle,
@@ -312,6 +399,7 @@ impl Guidance {
     }
 
     /// The part of a report that needs no prediction.
+    #[inline(never)]
     fn where_we_are(&self, course: &Course, input: &GuidanceInput<'_>) -> GuidanceTlm {
         let (target_p, radius_m) = (input.context.target_p(), input.context.model.planet.radius_m);
         GuidanceTlm {

@@ -1,24 +1,32 @@
-//! The predictor: flies the onboard model at a constant bank to the parachute trigger, a few steps at a time.
+//! The predictor: flies the onboard model to the parachute trigger, a few steps at a time.
 //!
-//! Planet-fixed Cartesian equations with rotation and J2, classical Runge–Kutta steps of fixed length. The stop is found
+//! Planet-fixed Cartesian equations with rotation and J2, classical Runge–Kutta steps. The stop is found
 //! inside the last step by cubic interpolation: stopping on the grid costs hundreds of metres even at 1 s.
 //!
-//! The range flown is the length of the ground track, s' = V cosγ / r (P4 eq. 2), by the integral of the cubic on each
+//! Two ways to steer a prediction. *Held*: a constant bank, as P4 prints it; the range flown is then the length of the ground track, s' = V cosγ / r (P4 eq. 2), by the integral of the cubic on each
 //! step (the trapezoidal rule would be up to 50 m off at 4 s). The downrange of the end point along the arc to the target would be the obvious
-//! alternative, but a prediction banks to one side all the way and ends kilometres abeam, where the flight itself
+//! alternative, but such a prediction banks to one side all the way and ends kilometres abeam, where the flight itself
 //! alternates and covers nearly the whole track. Measured over 50 dispersed flights on a turning planet the two miss
 //! alike (median 1620 against 1592 m, worst 4000 against 4033 m), but with the end point the bank comes too small at
 //! first and too large at last: median deploy altitude 5978 m, against 6442 m with the track.
+//!
+//! *Rehearsed*: what the flight will do, see [`Steering`](super::steering::Steering): reversals, turns of finite rate and acceleration, heading alignment. It ends
+//! at the target, so the downrange of its end point is the error.
 
-use crate::math::fun::sqrt;
+use crate::frames::{PlanetFixed, Vec3};
+use crate::math::fun::{atan2, sin_cos, sqrt};
 use crate::math::num::{clamp, max, min};
-use crate::model::OnboardModel;
-use crate::model::entry::{Flow, Scaled, cartesian_rates_and_flow};
+use crate::model::entry::{Flow, cartesian_rates_and_flow};
 
+use super::air::Adapted;
 use super::constraints::{self, Peaks};
+use super::course::Course;
+use super::steering::{Pilot, Steering};
 
 /// Evaluations of the equations of motion that one [`Prediction::step`] takes.
 pub const EVALUATIONS_PER_STEP: u16 = 4;
+/// One more where the command changes within the step.
+pub const EVALUATIONS_PER_EVENT: u16 = 1;
 /// Evaluations that starting a prediction takes.
 pub const EVALUATIONS_TO_START: u16 = 1;
 /// Newton steps to find the stop inside a step; the cubic is nearly straight, three are enough.
@@ -30,8 +38,8 @@ const AXES: usize = 3;
 /// Position (m) and planet-relative velocity (m/s), planet-fixed axes.
 pub type State = [f64; 6];
 
-/// The model that a prediction flies: the onboard model with the density that navigation found.
-pub type Flown<'a> = Scaled<'a, OnboardModel, f64>;
+/// The model that a prediction flies: the onboard model in the air that was found.
+pub type Flown<'a> = Adapted<'a>;
 
 /// Where a prediction ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,40 +55,67 @@ pub struct Stop {
 /// What a prediction found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathEnd {
-    /// Length of the ground track as an angle at the planet's centre, rad (P4 eq. 2). Not finite when the path was not.
+    /// Length of the ground track as an angle at the planet's centre, rad (P4 eq. 2); of held predictions.
+    /// Not finite when the path was not.
     pub track_rad: f64,
+    /// End of the path: position and velocity.
+    pub state: State,
     /// Duration of the predicted flight, s.
     pub duration_s: f64,
     /// Peaks of the loads on the way.
     pub peaks: Peaks,
 }
 
+impl PathEnd {
+    /// How far beyond the target (unit vector) the path ends along its last course, and how far to the right of it, as angles
+    /// at the planet's centre, rad.
+    #[must_use]
+    pub fn beyond_rad(&self, target_p: &Vec3<PlanetFixed>) -> Option<[f64; 2]> {
+        let [x, y, z, vx, vy, vz] = self.state;
+        let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz))?;
+        let up = target_p.dot(&course.up);
+        Some([-atan2(target_p.dot(&course.ahead), up), -atan2(target_p.dot(&course.right), up)])
+    }
+}
+
 /// A point of the path: the state and all that follows from it, found once and used by the steps on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Node {
-    state: State,
-    acceleration: [f64; AXES],
-    radius_m: f64,
-    speed_mps: f64,
+pub(super) struct Node {
+    pub(super) state: State,
+    pub(super) acceleration: [f64; AXES],
+    pub(super) radius_m: f64,
+    pub(super) speed_mps: f64,
+    /// Lift acceleration, m/s².
+    pub(super) lift_mps2: f64,
     /// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
     track: (f64, f64),
 }
 
 impl Node {
-    const NONE: Self =
-        Self { state: [0.0; 6], acceleration: [0.0; AXES], radius_m: 0.0, speed_mps: 0.0, track: (0.0, 0.0) };
+    const NONE: Self = Self {
+        state: [0.0; 6],
+        acceleration: [0.0; AXES],
+        radius_m: 0.0,
+        speed_mps: 0.0,
+        lift_mps2: 0.0,
+        track: (0.0, 0.0),
+    };
 
     /// Fills in what follows from the state; the loads there. One evaluation of the equations of motion.
     #[inline(always)]
-    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
+    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank, tracked: bool) -> [f64; constraints::CONSTRAINTS] {
         let state = &self.state;
         let (rates, flow) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
         let [_, _, _, ax, ay, az] = rates;
         self.acceleration = [ax, ay, az];
-        self.track = track_rate(state, &[ax, ay, az], &flow);
+        if tracked {
+            self.track = track_rate(state, &[ax, ay, az], &flow);
+        }
         self.radius_m = flow.radius_m;
         self.speed_mps = flow.speed_mps;
-        constraints::loads(model.environment, model.drag_ratio, &flow)
+        let [drag, loads @ ..] = constraints::loads(model.model, &flow);
+        self.lift_mps2 = drag * flow.lift_coefficient / flow.drag_coefficient;
+        loads
     }
 
     fn is_past(&self, stop: &Stop) -> bool {
@@ -88,11 +123,21 @@ impl Node {
     }
 }
 
-/// Cosine and sine of the bank that a prediction holds.
+/// Cosine and sine of a bank.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Bank {
-    cosine: f64,
-    sine: f64,
+pub(super) struct Bank {
+    pub(super) cosine: f64,
+    pub(super) sine: f64,
+}
+
+impl Bank {
+    /// Of a bank angle, rad.
+    #[must_use]
+    #[inline(never)] // in turns only
+    pub(super) fn of(bank_rad: f64) -> Self {
+        let (sine, cosine) = sin_cos(bank_rad);
+        Self { cosine, sine }
+    }
 }
 
 /// A prediction under way. Fixed size, resumed by [`Prediction::step`].
@@ -103,62 +148,105 @@ pub struct Prediction {
     /// Whether the second is the last one.
     odd: bool,
     bank: Bank,
+    /// Who steers; nobody in a held prediction.
+    pilot: Option<Pilot>,
     elapsed_s: f64,
     track_rad: f64,
     peaks: Peaks,
+    /// Evaluations so far.
+    evaluations: u16,
 }
 
 impl Prediction {
     /// Starts at `state` with a constant bank. One evaluation.
     #[must_use]
     #[inline(always)] // into its place: it is large
-    pub fn start(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
-        let bank = Bank { cosine: cos_bank, sine: sin_bank };
+    pub fn held(model: &Flown<'_>, state: &State, cos_bank: f64, sin_bank: f64) -> Self {
+        Self::start(model, state, Bank { cosine: cos_bank, sine: sin_bank }, None)
+    }
+
+    /// Starts at `state` with a pilot. One evaluation.
+    #[must_use]
+    #[inline(always)] // into its place: it is large
+    pub fn rehearsed(model: &Flown<'_>, state: &State, pilot: Pilot) -> Self {
+        Self::start(model, state, Bank::of(pilot.bank_rad()), Some(pilot))
+    }
+
+    #[inline(always)]
+    fn start(model: &Flown<'_>, state: &State, bank: Bank, pilot: Option<Pilot>) -> Self {
         let mut node = Node { state: *state, ..Node::NONE };
-        let loads = node.evaluate(model, &bank);
+        let loads = node.evaluate(model, &bank, pilot.is_none());
         Self {
             nodes: [node, Node::NONE],
             odd: false,
             bank,
+            pilot,
             elapsed_s: 0.0,
             track_rad: 0.0,
             peaks: Peaks::starting(loads),
+            evaluations: EVALUATIONS_TO_START,
         }
     }
 
-    /// Flies one step of `step_s`, four evaluations; true once the end of the path has been reached.
+    /// Flies one step of at most `step_s`, four or five evaluations; true once the end of the path has been reached.
     ///
     /// The path ends at the stop speed or the stop radius, whichever comes first, else at the horizon, or where the state
     /// ceases to be finite.
     // Kept whole: inlined into the frame it would share its sixteen registers with everything around.
     #[inline(never)]
     #[must_use]
-    pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop) -> bool {
+    pub fn step(&mut self, model: &Flown<'_>, step_s: f64, stop: &Stop, steering: Option<&Steering<'_>>) -> bool {
         let [even, odd] = &mut self.nodes;
         let (before, after) = if self.odd { (&*odd, even) } else { (&*even, odd) };
         // Later nodes that lie past the stop have ended the path.
         if self.elapsed_s == 0.0 && before.is_past(stop) {
             return true;
         }
-        stepped(model, before, step_s, &self.bank, &mut after.state);
-        let loads = after.evaluate(model, &self.bank);
+        let mut banks = [self.bank; 3];
+        let mut step_s = step_s;
+        if let (Some(pilot), Some(steering)) = (&mut self.pilot, steering) {
+            step_s = pilot.plan(before, step_s, steering, &mut banks);
+        }
+        stepped(model, &before.state, &before.acceleration, step_s, &banks, &mut after.state);
+        let [_, _, bank] = banks;
+        let loads = after.evaluate(model, &bank, self.pilot.is_none());
+        self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
+        self.bank = bank;
         self.odd = !self.odd;
         if after.is_past(stop) {
             let share = share_before_stop([before, after], step_s, stop);
             self.elapsed_s += share * step_s;
             self.track_rad += track_over([before.track, after.track], step_s, share);
+            after.state = between(before, after, step_s, share);
             return true;
         }
         self.elapsed_s += step_s;
-        self.track_rad += track_over_whole([before.track, after.track], step_s);
+        if self.pilot.is_none() {
+            self.track_rad += track_over_whole([before.track, after.track], step_s);
+        }
+        if let (Some(pilot), Some(steering)) = (&mut self.pilot, steering)
+            && let Some(share) = pilot.arrive([before, after], step_s, steering)
+        {
+            // Something happens within the step: back to there.
+            self.elapsed_s -= (1.0 - share) * step_s;
+            after.state = between(before, after, step_s, share);
+            self.bank = Bank::of(pilot.bank_rad());
+            let _ = after.evaluate(model, &self.bank, false);
+            self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_EVENT);
+        }
         self.peaks.push(loads);
         // Written so that a state that is not finite ends the path too.
-        let goes_on = self.elapsed_s < stop.horizon_s && self.track_rad.is_finite();
+        let goes_on = self.elapsed_s < stop.horizon_s && after.speed_mps.is_finite();
         !goes_on
     }
 
+    /// Evaluations of the equations of motion so far.
+    #[must_use]
+    pub fn evaluations(&self) -> u16 {
+        self.evaluations
+    }
+
     /// The last point reached.
-    #[cfg(test)]
     fn last(&self) -> &Node {
         let [even, odd] = &self.nodes;
         if self.odd { odd } else { even }
@@ -167,47 +255,74 @@ impl Prediction {
     /// What the prediction has found so far; at its end, all.
     #[must_use]
     pub fn end(&self) -> PathEnd {
-        PathEnd { track_rad: self.track_rad, duration_s: self.elapsed_s, peaks: self.peaks }
+        PathEnd { track_rad: self.track_rad, state: self.last().state, duration_s: self.elapsed_s, peaks: self.peaks }
     }
+}
+
+/// The state at a share of a step: the cubic through state and rates at both its ends.
+#[inline(never)] // a few times in a prediction
+#[allow(clippy::indexing_slicing)] // constant indices into the six numbers of a state, the three of its axes
+fn between(a: &Node, b: &Node, step_s: f64, share: f64) -> State {
+    let mut state = [0.0; 6];
+    for k in 0..AXES {
+        state[k] = cubic([a.state[k], b.state[k]], [a.state[AXES + k], b.state[AXES + k]], step_s, share);
+        let rates = [a.acceleration[k], b.acceleration[k]];
+        state[AXES + k] = cubic([a.state[AXES + k], b.state[AXES + k]], rates, step_s, share);
+    }
+    state
+}
+
+/// Cubic Hermite interpolation at a share of a step.
+#[inline(never)] // a few times in a prediction
+fn cubic([y0, y1]: [f64; 2], [rate0, rate1]: [f64; 2], step_s: f64, share: f64) -> f64 {
+    let (slope0, slope1, rise) = (rate0 * step_s, rate1 * step_s, y1 - y0);
+    let (b, c) = (3.0 * rise - 2.0 * slope0 - slope1, slope0 + slope1 - 2.0 * rise);
+    y0 + share * (slope0 + share * (b + share * c))
 }
 
 /// One classical Runge–Kutta step, written for x'' = a(x, x'): with h the step and a₁ … a₄ the accelerations at its four
 /// stages, x⁺ = x + h v + h²/6 (a₁ + a₂ + a₃), v⁺ = v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄). The same as [`rk4`](crate::math::rk4)
 /// on all six but for rounding, with half the numbers to carry.
-#[inline(always)]
+#[inline(never)]
 #[allow(clippy::indexing_slicing)] // constant indices into the six numbers of a state, the three of its axes
-fn stepped(model: &Flown<'_>, before: &Node, step_s: f64, bank: &Bank, after: &mut State) {
-    let Node { state: s, acceleration: a1, .. } = before;
+pub(super) fn stepped(
+    model: &Flown<'_>,
+    s: &State,
+    a1: &[f64; AXES],
+    step_s: f64,
+    [_, middle, last]: &[Bank; 3],
+    after: &mut State,
+) {
     let (half_s, half_square) = (0.5 * step_s, 0.5 * step_s * step_s);
     let mut stage = *s;
     for k in 0..AXES {
         stage[k] = s[k] + half_s * s[AXES + k];
         stage[AXES + k] = s[AXES + k] + half_s * a1[k];
     }
-    let a2 = acceleration(model, &stage, bank);
+    let a2 = acceleration(model, &stage, middle);
     for k in 0..AXES {
         stage[k] += 0.5 * half_square * a1[k];
         stage[AXES + k] = s[AXES + k] + half_s * a2[k];
     }
-    let a3 = acceleration(model, &stage, bank);
+    let a3 = acceleration(model, &stage, middle);
     let mut straight = [0.0; AXES];
     for k in 0..AXES {
         straight[k] = s[k] + step_s * s[AXES + k];
         stage[k] = straight[k] + half_square * a2[k];
         stage[AXES + k] = s[AXES + k] + step_s * a3[k];
     }
-    let a4 = acceleration(model, &stage, bank);
+    let a4 = acceleration(model, &stage, last);
     let (sixth_s, sixth_square) = (step_s * (1.0 / 6.0), step_s * step_s * (1.0 / 6.0));
     for k in 0..AXES {
-        let middle = a2[k] + a3[k];
-        after[k] = straight[k] + sixth_square * (a1[k] + middle);
-        after[AXES + k] = s[AXES + k] + sixth_s * (a1[k] + (middle + middle) + a4[k]);
+        let inner = a2[k] + a3[k];
+        after[k] = straight[k] + sixth_square * (a1[k] + inner);
+        after[AXES + k] = s[AXES + k] + sixth_s * (a1[k] + (inner + inner) + a4[k]);
     }
 }
 
 /// Acceleration at a state, planet-fixed axes, m/s².
 #[inline(never)]
-fn acceleration(model: &Flown<'_>, state: &State, bank: &Bank) -> [f64; AXES] {
+pub(super) fn acceleration(model: &Flown<'_>, state: &State, bank: &Bank) -> [f64; AXES] {
     let ([_, _, _, ax, ay, az], _) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
     [ax, ay, az]
 }
@@ -255,7 +370,7 @@ fn track_over([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, share: f
 
 /// Share of a step at which a falling quantity passes `level`, from its value and rate at both ends of the step by cubic
 /// Hermite interpolation; 1 when it does not pass.
-fn crossing([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, level: f64) -> f64 {
+pub(super) fn crossing([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, level: f64) -> f64 {
     if y1 > level {
         return 1.0;
     }
@@ -277,6 +392,8 @@ mod tests {
     use super::*;
     use crate::config::Config;
     use crate::frames::PlanetRelative;
+    use crate::guidance::air::AirProfile;
+    use crate::model::OnboardModel;
     use crate::units::{deg, rad};
 
     fn model() -> OnboardModel {
@@ -304,10 +421,10 @@ mod tests {
 
     fn fly(bank_deg: f64, step_s: f64, stop: &Stop) -> (Prediction, PathEnd, u32) {
         let model = model();
-        let flown = Flown { environment: &model, drag_ratio: 1.0, lift_ratio: 1.0 };
-        let mut prediction = Prediction::start(&flown, &entry(), rad(bank_deg).cos(), rad(bank_deg).sin());
+        let flown = Flown { model: &model, air: &AirProfile::NOMINAL };
+        let mut prediction = Prediction::held(&flown, &entry(), rad(bank_deg).cos(), rad(bank_deg).sin());
         for steps in 1..10_000 {
-            if prediction.step(&flown, step_s, stop) {
+            if prediction.step(&flown, step_s, stop, None) {
                 return (prediction, prediction.end(), steps);
             }
         }
@@ -385,11 +502,11 @@ mod tests {
     #[test]
     fn a_state_that_is_not_finite_ends_at_once() {
         let model = model();
-        let flown = Flown { environment: &model, drag_ratio: 1.0, lift_ratio: 1.0 };
+        let flown = Flown { model: &model, air: &AirProfile::NOMINAL };
         let mut state = entry();
         state[4] = f64::NAN;
-        let mut prediction = Prediction::start(&flown, &state, 1.0, 0.0);
-        assert!(prediction.step(&flown, 4.0, &STOP));
+        let mut prediction = Prediction::held(&flown, &state, 1.0, 0.0);
+        assert!(prediction.step(&flown, 4.0, &STOP, None));
         let end = prediction.end();
         assert!(!end.track_rad.is_finite());
     }

@@ -30,6 +30,8 @@ fn context<'a>(model: &'a OnboardModel, config: &'a Config) -> GuidanceContext<'
         constraints: &config.constraints,
         control: &config.control,
         trigger: TriggerKind::Speed,
+        mode: GuidanceMode::Paper,
+        force_noise_mps2: 0.0,
     }
 }
 
@@ -59,15 +61,19 @@ fn start(state: State) -> CycleStart {
         bank_rate_radps: 0.0,
         command_rad: rad(-42.0),
         side: -1.0,
-        density_ratio: 1.0,
+        slope_m: None,
         frames_to_effect: 50,
     }
 }
 
 /// Runs a cycle in slices; the frames it took.
 fn run(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>) -> u32 {
+    run_in(cycle, steps, context, &AirProfile::NOMINAL)
+}
+
+fn run_in(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>, air: &AirProfile) -> u32 {
     for frame in 1..10_000 {
-        cycle.advance(steps, &context.cycle(), &mut NoProbe);
+        cycle.advance(steps, &context.cycle(air), &mut NoProbe);
         if cycle.is_finished() {
             return frame;
         }
@@ -96,7 +102,7 @@ fn a_cycle_does_not_depend_on_how_it_was_sliced() {
     for (h, v, gamma) in [(125.3e3, 5505.0, -14.15), (60e3, 5400.0, -10.0), (25e3, 2500.0, -8.0), (9e3, 640.0, -20.0)] {
         let whole = {
             let mut cycle = Cycle::new(&start(state_of(&estimate(h, v, gamma))), &CONFIG.guidance);
-            cycle.advance(u32::MAX, &context.cycle(), &mut NoProbe);
+            cycle.advance(u32::MAX, &context.cycle(&AirProfile::NOMINAL), &mut NoProbe);
             cycle
         };
         for steps in [1, 3, STEPS_PER_FRAME, 100] {
@@ -248,7 +254,8 @@ proptest! {
         state in any_state(), bank in -7.0..7.0f64, command in prop::num::f64::ANY, step in prop::num::f64::ANY,
         pick_step in prop::bool::ANY, horizon in prop_oneof![1.0..1e4f64, Just(f64::INFINITY), Just(f64::NAN)],
         increment in -1.0..4.0f64, load in prop_oneof![0.0..200.0f64, Just(f64::NAN)], frames in 1..=50u32,
-        ratio in 0.6..1.7f64,
+        ratio in 0.6..1.7f64, mode in prop_oneof![Just(GuidanceMode::Paper), Just(GuidanceMode::Aeroshell)],
+        slope in prop::option::of(prop::num::f64::ANY),
     ) {
         let config = Config {
             guidance: GuidanceParameters {
@@ -261,13 +268,15 @@ proptest! {
             ..CONFIG
         };
         let model = model();
-        let context = context(&model, &config);
+        let context = GuidanceContext { mode, ..context(&model, &config) };
+        let mut air = AirProfile::NOMINAL;
+        air.set_constant(ratio);
         let from = CycleStart {
-            bank_rad: bank, command_rad: command, frames_to_effect: frames, density_ratio: ratio, ..start(state)
+            bank_rad: bank, command_rad: command, frames_to_effect: frames, slope_m: slope, ..start(state)
         };
         let mut cycle = Cycle::new(&from, &config.guidance);
         // A cycle started in the last frame of a second may be cut short; one started on time never is.
-        let frames_taken = run(&mut cycle, STEPS_PER_FRAME, &context);
+        let frames_taken = run_in(&mut cycle, STEPS_PER_FRAME, &context, &air);
         prop_assert!(frames_taken < FRAMES_PER_SECOND);
         prop_assert!(cycle.evaluations() <= MAX_EVALUATIONS);
         prop_assert!(cycle.predictions() <= MAX_PREDICTIONS);

@@ -120,6 +120,8 @@ pub enum GuidanceMode {
     /// The predictor-corrector of P4.
     #[default]
     Paper,
+    /// The predictor rehearses the flight, in the air that it has learned.
+    Aeroshell,
 }
 
 /// What fires the parachute.
@@ -285,6 +287,10 @@ pub struct GuidanceParameters {
     pub alignment_max_bank_rad: f64,
     /// The desired heading is frozen inside this range to the target, m.
     pub alignment_freeze_range_m: f64,
+    /// Mode `aeroshell`, speed trigger: heading alignment begins below this planet-relative speed, m/s.
+    pub late_alignment_speed_mps: f64,
+    /// Mode `aeroshell`, range trigger: the same, m/s.
+    pub range_alignment_speed_mps: f64,
 }
 
 /// Limits along the path.

@@ -57,6 +57,8 @@ pub fn fly(
         constraints: &config.constraints,
         control: &config.control,
         trigger: config.modes.trigger,
+        mode: config.modes.guidance,
+        force_noise_mps2: 0.0,
     };
     let mut vehicle = Vehicle::new(&entry(&model.planet, with), config.control.initial_bank_rad, config.control.lag_s);
     let (mut guidance, mut mode) = (Guidance::new(), Mode::Coast);

@@ -128,7 +128,7 @@ pub struct Navigation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Guidance {
-    /// Algorithm: `paper`.
+    /// Algorithm: `paper` or `aeroshell`.
     #[serde(with = "names::guidance")]
     pub mode: GuidanceMode,
     /// Step of the predictor.
@@ -161,6 +161,10 @@ pub struct Guidance {
     pub alignment_max_bank_deg: f64,
     /// The desired heading is frozen inside this range to the target.
     pub alignment_freeze_range_km: f64,
+    /// Mode `aeroshell`, speed trigger: heading alignment begins below this planet-relative speed.
+    pub late_alignment_speed_mps: f64,
+    /// Mode `aeroshell`, range trigger: the same.
+    pub range_alignment_speed_mps: f64,
     /// Limits along the path.
     pub limits: Limits,
 }
@@ -225,5 +229,6 @@ mod names {
         "dead-reckoning" => fsw_core::link::parameters::NavigationMode::DeadReckoning,
         "ideal" => fsw_core::link::parameters::NavigationMode::Ideal);
     named!(guidance, fsw_core::link::parameters::GuidanceMode,
-        "paper" => fsw_core::link::parameters::GuidanceMode::Paper);
+        "paper" => fsw_core::link::parameters::GuidanceMode::Paper,
+        "aeroshell" => fsw_core::link::parameters::GuidanceMode::Aeroshell);
 }

@@ -231,6 +231,12 @@ impl<P: Plant> Conductor<P> {
         Status { phase: self.phase, time_s: self.now().as_s(), finished: self.finished.clone() }
     }
 
+    /// How the session ended, if it has.
+    #[must_use]
+    pub fn finished(&self) -> Option<&End> {
+        self.finished.as_ref()
+    }
+
     /// What came from the flight computer, rejected packets by cause.
     #[must_use]
     pub fn counters(&self) -> &RejectCounters {
@@ -245,11 +251,16 @@ impl<P: Plant> Conductor<P> {
 
     /// Takes bytes from the flight computer.
     pub fn receive(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            if self.finished.is_some() {
-                return;
-            }
-            if let Some(frame) = self.receiver.push(byte, &mut self.counters) {
+        self.receive_heard(bytes, |_, _| {});
+    }
+
+    /// As [`Self::receive`], showing every packet to `each` before it acts, with what is flown as it was when the packet
+    /// was sent: for an observer who does not want to decode the line a second time.
+    pub fn receive_heard(&mut self, bytes: &[u8], mut each: impl FnMut(&Frame<Downlink>, &P)) {
+        let mut rest = bytes;
+        while !rest.is_empty() && self.finished.is_none() {
+            if let Some(frame) = self.receiver.take(&mut rest, &mut self.counters) {
+                each(&frame, &self.plant);
                 self.hear(frame.packet);
             }
         }

@@ -1,0 +1,298 @@
+//! What the flight teaches of air, drag and lift: a small Kalman filter on the force that the inertial unit feels.
+//!
+//! The force, resolved at the trim angle of attack into drag and lift, over what the onboard model expects at the estimated
+//! altitude and speed, is measured as
+//!
+//! ```text
+//! ln (D / D_model) = bias + slope · z + Σ (aᵢ sin kᵢh + bᵢ cos kᵢh) + w(h),      z = (h − 20 km) / 40 km
+//! ln (L / D) − ln (L / D)_model = constant
+//! ```
+//!
+//! Source: the adaptation of `guidance.md` §4b, with waves added: bands of waves of 10–30 km length, the length of the gravity waves of a
+//! planetary atmosphere. What they were above the vehicle says what they will be below it; a short process w alone
+//! would forget them. The ratio holds density, drag coefficient, area and mass together, all that predictions need;
+//! the density of navigation is used only where the drag is too weak to be felt, and never multiplies.
+
+use crate::frames::{Body, Vec3};
+use crate::math::fun::{exp, ln, sin_cos, sqrt};
+use crate::math::num::{clamp, max};
+use crate::model::OnboardModel;
+use crate::model::entry::Environment;
+use crate::nav::Estimate;
+use crate::time::FRAME;
+
+use super::air::{AirProfile, SPACING_M};
+use super::density;
+
+/// Bands of waves.
+const BANDS: usize = 6;
+/// Bias, slope, sine and cosine of each band, short process.
+const STATES: usize = 2 + 2 * BANDS + 1;
+/// Index of the short process.
+const SHORT: usize = STATES - 1;
+/// Wave numbers, rad/m: equal spacing between wavelengths of 30 and 10 km.
+const WAVE_NUMBERS_PM: [f64; BANDS] = wave_numbers();
+/// Standard deviation of the logarithm before anything is measured: of bias, of slope per 40 km, of all waves together.
+const BIAS_SIGMA: f64 = 0.2;
+const SLOPE_SIGMA: f64 = 0.1;
+const WAVE_SIGMA: f64 = 0.02;
+/// Short process: standard deviation and correlation length, m.
+const SHORT_SIGMA: f64 = 0.004;
+const SHORT_LENGTH_M: f64 = 2_000.0;
+/// Standard deviation of one measurement beside the noise of the sensor: what neither model nor waves explain.
+const MEASUREMENT_SIGMA: f64 = 0.002;
+/// Standard deviation of the logarithm of lift over drag before anything is measured, and what it may drift per measurement.
+const LIFT_SIGMA: f64 = 0.1;
+const LIFT_DRIFT: f64 = 1e-4;
+/// Drag below which the force says nothing, m/s².
+const MIN_DRAG_MPS2: f64 = 0.3;
+/// Minor frames that make one measurement.
+const FRAMES_PER_MEASUREMENT: u32 = 10;
+/// Largest logarithm that is believed: a broken sensor must not steer.
+const MAX_LOG_RATIO: f64 = 1.0;
+/// Centre and scale of the slope, m, and the range of z in which it goes on.
+const SLOPE_CENTRE_M: f64 = 20e3;
+const SLOPE_SCALE_M: f64 = 40e3;
+
+const fn wave_numbers() -> [f64; BANDS] {
+    let mut numbers = [0.0; BANDS];
+    let (longest, shortest) = (1.0 / 30e3, 1.0 / 10e3);
+    let mut i = 0;
+    while i < BANDS {
+        #[allow(clippy::indexing_slicing, clippy::cast_precision_loss)] // i < BANDS, a small number
+        {
+            let share = i as f64 / (BANDS - 1) as f64;
+            numbers[i] = 2.0 * core::f64::consts::PI * (longest + share * (shortest - longest));
+        }
+        i += 1;
+    }
+    numbers
+}
+
+type Row = [f64; STATES];
+
+/// What was learned so far. Fixed size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adaptation {
+    mean: Row,
+    /// Symmetric; both halves are kept.
+    covariance: [Row; STATES],
+    /// Logarithm of lift over drag over that of the model, and its variance.
+    lift: f64,
+    lift_variance: f64,
+    /// Altitude of the last measurement, m; none yet.
+    altitude_m: Option<f64>,
+    window: Window,
+}
+
+/// Sums over the frames of one measurement.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Window {
+    frames: u32,
+    drag_mps2: f64,
+    lift_mps2: f64,
+    altitude_m: f64,
+    speed_mps: f64,
+    climb_mps: f64,
+}
+
+impl Default for Adaptation {
+    fn default() -> Self {
+        Self::NEW
+    }
+}
+
+impl Adaptation {
+    /// Nothing learned.
+    pub const NEW: Self = Self {
+        mean: [0.0; STATES],
+        covariance: prior(),
+        lift: 0.0,
+        lift_variance: LIFT_SIGMA * LIFT_SIGMA,
+        altitude_m: None,
+        window: Window { frames: 0, drag_mps2: 0.0, lift_mps2: 0.0, altitude_m: 0.0, speed_mps: 0.0, climb_mps: 0.0 },
+    };
+
+    /// One minor frame: gathers, and measures when enough is gathered. `noise_mps2` is the error of the force of one frame.
+    #[inline(never)] // once in a frame
+    pub fn observe(&mut self, estimate: &Estimate, model: &OnboardModel, noise_mps2: f64) {
+        let finite = estimate.specific_force_b.is_finite() && estimate.altitude_m.is_finite();
+        if !(estimate.valid && finite && estimate.speed_mps > 1.0) {
+            self.window = Window::default();
+            return;
+        }
+        let w = &mut self.window;
+        let (sine, cosine) = sin_cos(model.vehicle.trim_angle_of_attack_rad);
+        let forward = Vec3::<Body>::new(cosine, 0.0, sine);
+        let up = Vec3::<Body>::new(sine, 0.0, -cosine);
+        w.frames += 1;
+        w.drag_mps2 -= estimate.specific_force_b.dot(&forward);
+        w.lift_mps2 += estimate.specific_force_b.dot(&up);
+        w.altitude_m += estimate.altitude_m;
+        w.speed_mps += estimate.speed_mps;
+        w.climb_mps += estimate.r_p.dot(&estimate.v_p) / estimate.r_p.norm();
+        if w.frames == FRAMES_PER_MEASUREMENT {
+            let mean = w.mean();
+            *w = Window::default();
+            self.take(&mean, model, noise_mps2 / sqrt(f64::from(FRAMES_PER_MEASUREMENT)), estimate);
+        }
+    }
+
+    #[inline(never)] // five times a second
+    fn take(&mut self, mean: &Window, model: &OnboardModel, noise_mps2: f64, estimate: &Estimate) {
+        let (drag, lift) = (mean.drag_mps2, mean.lift_mps2);
+        if drag < MIN_DRAG_MPS2 {
+            // Too thin to be felt: what navigation knows stands in, once, until the force takes over.
+            if self.altitude_m.is_none() {
+                self.set_bias(ln(density::ratio(estimate)));
+            }
+            return;
+        }
+        let (h, v) = (mean.altitude_m, mean.speed_mps);
+        let (drag_coefficient, lift_coefficient) = model.drag_and_lift_coefficients(h, v);
+        let per_coefficient = Environment::<f64>::density_kgpm3(model, h)
+            * v
+            * v
+            * Environment::<f64>::constants(model).half_area_per_mass_m2pkg;
+        let ratio = drag / (per_coefficient * drag_coefficient);
+        let believable = ratio > 0.0 && ratio.is_finite();
+        if !believable {
+            return;
+        }
+        let relative = noise_mps2 / drag;
+        self.update(h, ln(ratio), MEASUREMENT_SIGMA * MEASUREMENT_SIGMA + relative * relative);
+        let lift_ratio = lift * drag_coefficient / (drag * lift_coefficient);
+        if lift_ratio > 0.0 && lift_ratio.is_finite() {
+            let relative = noise_mps2 / lift;
+            let noise = MEASUREMENT_SIGMA * MEASUREMENT_SIGMA + relative * relative;
+            self.lift_variance += LIFT_DRIFT * LIFT_DRIFT;
+            let gain = self.lift_variance / (self.lift_variance + noise);
+            self.lift += gain * (ln(lift_ratio) - self.lift);
+            self.lift_variance *= 1.0 - gain;
+        }
+    }
+
+    #[allow(clippy::indexing_slicing)] // the first of fifteen
+    fn set_bias(&mut self, log_ratio: f64) {
+        self.mean[0] = log_ratio;
+    }
+
+    /// A scalar measurement of the logarithm at an altitude.
+    #[inline(never)] // five times a second
+    fn update(&mut self, altitude_m: f64, measured: f64, variance: f64) {
+        self.forget(altitude_m);
+        let basis = basis(altitude_m);
+        let mut along = [0.0; STATES];
+        for (a, row) in along.iter_mut().zip(&self.covariance) {
+            *a = dot(row, &basis);
+        }
+        let innovation = measured - dot(&self.mean, &basis);
+        let total = variance + dot(&along, &basis);
+        if !(total > 0.0 && innovation.is_finite()) {
+            return;
+        }
+        let per_total = 1.0 / total;
+        for ((mean, row), a) in self.mean.iter_mut().zip(&mut self.covariance).zip(&along) {
+            let gain = a * per_total;
+            *mean += gain * innovation;
+            // Element by element the same product both ways round, so that the matrix stays symmetric to the last bit.
+            for (p, b) in row.iter_mut().zip(&along) {
+                *p -= a * b * per_total;
+            }
+        }
+    }
+
+    /// The short process on the way to another altitude.
+    #[allow(clippy::indexing_slicing)] // constant index
+    fn forget(&mut self, altitude_m: f64) {
+        let moved_m = crate::math::num::abs(altitude_m - self.altitude_m.unwrap_or(altitude_m));
+        self.altitude_m = Some(altitude_m);
+        let kept = exp(-moved_m / SHORT_LENGTH_M);
+        self.mean[SHORT] *= kept;
+        for i in 0..STATES {
+            self.covariance[i][SHORT] *= kept;
+            self.covariance[SHORT][i] *= kept;
+        }
+        self.covariance[SHORT][SHORT] += SHORT_SIGMA * SHORT_SIGMA * (1.0 - kept * kept);
+    }
+
+    /// Tabulates what is believed of air and lift.
+    #[allow(clippy::indexing_slicing)] // constant indices and counters below BANDS
+    #[inline(never)] // once a second
+    pub fn tabulate(&self, profile: &mut AirProfile) {
+        let at_m = self.altitude_m.unwrap_or(0.0);
+        let mut altitude_m = 0.0;
+        // Sine and cosine of each wave at the node, turned on from node to node.
+        let mut waves = [(0.0, 1.0); BANDS];
+        let turns = WAVE_NUMBERS_PM.map(|k| sin_cos(k * SPACING_M));
+        let mut short = self.mean[SHORT] * exp(-at_m / SHORT_LENGTH_M);
+        profile.fill(exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), || {
+            let mut log_ratio = self.mean[0] + self.mean[1] * slope_of(altitude_m);
+            for i in 0..BANDS {
+                let (sine, cosine) = waves[i];
+                let (turn_sine, turn_cosine) = turns[i];
+                log_ratio += self.mean[2 + 2 * i] * sine + self.mean[3 + 2 * i] * cosine;
+                waves[i] = (sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine);
+            }
+            log_ratio += short;
+            altitude_m += SPACING_M;
+            short = self.mean[SHORT] * exp(-crate::math::num::abs(at_m - altitude_m) / SHORT_LENGTH_M);
+            exp(clamp(log_ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO))
+        });
+    }
+}
+
+impl Window {
+    fn mean(&self) -> Self {
+        let per_frame = 1.0 / f64::from(max_frames(self.frames));
+        // The force is the mean over a frame, the state that of its end: half a frame of climb lies between.
+        Self {
+            frames: self.frames,
+            drag_mps2: self.drag_mps2 * per_frame,
+            lift_mps2: self.lift_mps2 * per_frame,
+            altitude_m: (self.altitude_m - 0.5 * FRAME.as_s() * self.climb_mps) * per_frame,
+            speed_mps: max((self.speed_mps + 0.5 * FRAME.as_s() * self.drag_mps2) * per_frame, 1.0),
+            climb_mps: self.climb_mps * per_frame,
+        }
+    }
+}
+
+fn max_frames(frames: u32) -> u32 {
+    if frames == 0 { 1 } else { frames }
+}
+
+#[inline(never)] // seventeen times in an update
+fn dot(a: &Row, b: &Row) -> f64 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+fn slope_of(altitude_m: f64) -> f64 {
+    (altitude_m - SLOPE_CENTRE_M) / SLOPE_SCALE_M
+}
+
+#[allow(clippy::indexing_slicing)] // constant indices and counters below BANDS
+#[inline(never)]
+fn basis(altitude_m: f64) -> Row {
+    let mut row = [1.0; STATES];
+    row[1] = slope_of(altitude_m);
+    for i in 0..BANDS {
+        let (sine, cosine) = sin_cos(WAVE_NUMBERS_PM[i] * altitude_m);
+        row[2 + 2 * i] = sine;
+        row[3 + 2 * i] = cosine;
+    }
+    row
+}
+
+#[allow(clippy::indexing_slicing)] // i < STATES
+const fn prior() -> [Row; STATES] {
+    let mut p = [[0.0; STATES]; STATES];
+    let mut i = 0;
+    while i < STATES {
+        p[i][i] = WAVE_SIGMA * WAVE_SIGMA / BANDS as f64;
+        i += 1;
+    }
+    p[0][0] = BIAS_SIGMA * BIAS_SIGMA;
+    p[1][1] = SLOPE_SIGMA * SLOPE_SIGMA;
+    p[SHORT][SHORT] = SHORT_SIGMA * SHORT_SIGMA;
+    p
+}

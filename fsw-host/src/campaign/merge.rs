@@ -1,0 +1,84 @@
+//! Shards of one campaign, flown apart, become the campaign.
+
+use std::path::PathBuf;
+
+use hil_sim::scenario::Scenario;
+
+use super::columns::Columns;
+use super::folder::{Folder, Identity, RUNS, read_identity};
+use crate::cli::CampaignArgs;
+use crate::error::HostError;
+use crate::record::ScenarioFacts;
+
+/// One shard.
+struct Shard {
+    path: PathBuf,
+    identity: Identity,
+}
+
+impl Shard {
+    fn end(&self) -> u64 {
+        self.identity.first + self.identity.runs
+    }
+}
+
+/// Merges the shards named on the command line.
+///
+/// # Errors
+/// They do not fit together: another scenario, seed or split, a gap, an overlap, or a shard that is not complete.
+pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
+    let Some(out) = &args.out else {
+        return Err(HostError::Option("--merge needs --out DIR: the folder of the whole campaign".into()));
+    };
+    let shards = fitting(&args.merge)?;
+    let Some(first) = shards.first() else { return Ok(true) };
+    let whole = Identity {
+        first: first.identity.first,
+        runs: shards.iter().map(|shard| shard.identity.runs).sum(),
+        ..first.identity.clone()
+    };
+    let scenario = Scenario::resolve(&first.path.join("scenario.toml").to_string_lossy(), &[])?;
+    if super::sha256(scenario.to_toml().as_bytes()) != whole.scenario_sha256 {
+        let place = first.path.join("scenario.toml");
+        return Err(HostError::Option(format!("{} is not the scenario that was flown", place.display())));
+    }
+    let facts = ScenarioFacts::of(&scenario);
+    let folder = Folder::at(out, &whole, args.force)?;
+    folder.write("scenario.toml", |file| std::io::Write::write_all(file, scenario.to_toml().as_bytes()))?;
+    let tables: Vec<PathBuf> = shards.iter().map(|shard| shard.path.join(RUNS)).collect();
+    folder.concatenate(&Columns::of(&scenario, &facts).headings(), &tables)?;
+    folder.gather(&[])?;
+    super::conclude(args, &folder, &facts, (0, 0.0))
+}
+
+/// The shards in the order of their runs, when they make one campaign without gap or overlap.
+fn fitting(paths: &[PathBuf]) -> Result<Vec<Shard>, HostError> {
+    let open = |path: &PathBuf| {
+        let shard = Shard { path: path.clone(), identity: read_identity(path)? };
+        if shard.path.join(RUNS).is_file() {
+            return Ok(shard);
+        }
+        let path = path.display();
+        Err(HostError::Option(format!("{path} is not complete: run its campaign again to the end before merging")))
+    };
+    let mut shards = paths.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    shards.sort_by_key(|shard| shard.identity.first);
+    shards.windows(2).try_for_each(|pair| fit(&pair[0], &pair[1]))?;
+    Ok(shards)
+}
+
+fn fit(a: &Shard, b: &Shard) -> Result<(), HostError> {
+    let (x, y) = (a.path.display(), b.path.display());
+    let alike = Identity { first: a.identity.first, runs: a.identity.runs, ..b.identity.clone() };
+    if let Some(difference) = alike.differs_from(&a.identity) {
+        return Err(HostError::Option(format!("{x} and {y} are not shards of one campaign: {difference}")));
+    }
+    let refuse = |what: &str, from: u64, to: u64| {
+        Err(HostError::Option(format!("{x} and {y} {what} runs {from} to {}", to.saturating_sub(1))))
+    };
+    match a.end().cmp(&b.identity.first) {
+        std::cmp::Ordering::Less => refuse("leave a gap:", a.end(), b.identity.first),
+        std::cmp::Ordering::Greater => refuse("overlap in", b.identity.first, a.end().min(b.end())),
+        std::cmp::Ordering::Equal => Ok(()),
+    }
+}

@@ -1,0 +1,173 @@
+//! `campaign`: many dispersed flights of a scenario, and what they show.
+//!
+//! Run k depends on nothing but the seed and k. [`engine`] flies the runs on all cores, [`folder`] keeps them in whole
+//! chunks so that a campaign that was stopped goes on where it was, [`summary`] and [`report`] come from the final table
+//! alone. So order, threads, shards and interruptions leave no trace in the results.
+
+pub mod columns;
+pub mod engine;
+pub mod flight;
+pub mod folder;
+mod merge;
+pub mod observer;
+mod progress;
+pub mod screen;
+pub mod split;
+pub mod statistics;
+pub mod summary;
+pub mod table;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use hil_sim::scenario::{Scenario, ScenarioError};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use crate::cli::CampaignArgs;
+use crate::error::HostError;
+use crate::output::{print, print_json};
+use crate::record::ScenarioFacts;
+
+use engine::Engine;
+use folder::{Folder, Identity};
+use progress::Progress;
+use summary::{Runs, Summary, summarise};
+use table::Reader;
+
+/// Folder in which campaign folders are made when none is named.
+const CAMPAIGNS: &str = "campaigns";
+/// Most runs of a campaign: their numbers and the sums of their figures stay exact.
+const MOST_RUNS: u64 = 1_000_000_000;
+
+/// Set by the first Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Runs the command; true when every run could be flown.
+///
+/// # Errors
+/// Bad input, or files that cannot be written.
+pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
+    if !args.merge.is_empty() {
+        return merge::run(args);
+    }
+    let scenario = Scenario::resolve(&args.scenario, &args.selection.sets(&args.common.set))?;
+    scenario.check_reach().map_err(|e| ScenarioError { message: format!("{}: {e}", args.scenario) })?;
+    let identity = identify(args, &scenario)?;
+    // A scenario that the flight software refuses is refused before a folder is made.
+    let engine = Engine::new(&scenario, args.seed, identity.split);
+    hil_sim::session::Conductor::new(&scenario, args.seed, identity.first, false)?;
+    let folder = match &args.out {
+        Some(path) => Folder::at(path, &identity, args.force)?,
+        None => {
+            let name = format!("{}-seed{}-{}runs", crate::fly::file_name(&scenario.name), args.seed, identity.runs);
+            Folder::fresh(Path::new(CAMPAIGNS), &name, &identity)?
+        }
+    };
+    folder.write("scenario.toml", |out| io::Write::write_all(out, scenario.to_toml().as_bytes()))?;
+    let started = Instant::now();
+    let flown = fly(args, &engine, &folder)?;
+    let wall_s = started.elapsed().as_secs_f64();
+    conclude(args, &folder, &engine.facts, (flown, wall_s))
+}
+
+/// What a campaign is about, checked.
+fn identify(args: &CampaignArgs, scenario: &Scenario) -> Result<Identity, HostError> {
+    let bad = |what: String| Err(HostError::Option(what));
+    let Some(runs) = args.runs else { return bad("--runs is missing: how many runs shall be flown?".into()) };
+    if runs == 0 || runs > MOST_RUNS {
+        return bad(format!("--runs {runs}: a campaign has 1 to {MOST_RUNS} runs"));
+    }
+    if args.first > MOST_RUNS {
+        return bad(format!("--first {}: run numbers go from 0 to {MOST_RUNS}", args.first));
+    }
+    Ok(Identity {
+        scenario: scenario.name.clone(),
+        scenario_sha256: sha256(scenario.to_toml().as_bytes()),
+        seed: args.seed,
+        first: args.first,
+        runs,
+        split: args.split,
+        program_sha256: program()?,
+        fly: args.selection.fly_arguments(&args.scenario, &args.common.set),
+    })
+}
+
+/// Identity of the program that flies: the flight software is part of it.
+fn program() -> Result<String, HostError> {
+    let read = || std::fs::read(std::env::current_exe()?);
+    read().map(|bytes| sha256(&bytes)).map_err(HostError::file("read", "this program"))
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Flies what is still to be flown; the number of runs.
+fn fly(args: &CampaignArgs, engine: &Engine<'_>, folder: &Folder) -> Result<u64, HostError> {
+    let chunks = folder.open_chunks();
+    let left: u64 = chunks.iter().map(|chunk| chunk.end - chunk.start).sum();
+    let identity = folder.identity();
+    if left > 0 && left < identity.runs && !args.common.quiet {
+        eprintln!(
+            "  goes on in {}: {} of {} runs are there",
+            folder.path().display(),
+            identity.runs - left,
+            identity.runs
+        );
+    }
+    if left > 0 {
+        catch_interrupt()?;
+        let progress = Progress::new(left, !args.common.quiet && !args.common.json, !args.common.quiet);
+        let jobs = args.jobs.map_or_else(cores, std::num::NonZeroUsize::get);
+        let flown = engine.fly_all(folder, &chunks, jobs, &INTERRUPTED, &|result| progress.flown(result, identity));
+        progress.finish();
+        flown?;
+    }
+    folder.gather(&engine.columns.headings())?;
+    Ok(left)
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get)
+}
+
+fn catch_interrupt() -> Result<(), HostError> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .map_err(|e| HostError::Option(format!("Ctrl-C cannot be caught: {e}")))
+}
+
+/// Everything that follows from the table of all runs.
+fn conclude(
+    args: &CampaignArgs,
+    folder: &Folder,
+    facts: &ScenarioFacts,
+    (flown, wall_s): (u64, f64),
+) -> Result<bool, HostError> {
+    let summary = summary_of(folder, facts)?;
+    let summary = Summary { wall_s, runs_per_s: (flown > 0 && wall_s > 0.0).then(|| flown as f64 / wall_s), ..summary };
+    folder.write(folder::SUMMARY, |out| write_json(&summary, out))?;
+    if args.common.json {
+        print_json(&summary)?;
+    } else if !args.common.quiet {
+        print(&screen::summary(&summary, folder.path()))?;
+    }
+    Ok(!summary.outcomes.iter().any(|(word, _)| word == "failed"))
+}
+
+fn summary_of(folder: &Folder, facts: &ScenarioFacts) -> Result<Summary, HostError> {
+    let path: PathBuf = folder.runs();
+    let read = || summarise(&Runs::new(Reader::open(&path)?), folder.identity(), facts);
+    read().map_err(HostError::file("read", &path))
+}
+
+fn write_json(value: &impl Serialize, out: &mut impl io::Write) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, value)?;
+    writeln!(out)
+}
