@@ -219,14 +219,14 @@ impl Adaptation {
     /// Tabulates what is believed of air and lift.
     #[allow(clippy::indexing_slicing)] // constant indices and counters below BANDS
     #[inline(never)] // once a second
-    pub fn tabulate(&self, profile: &mut AirProfile) {
+    pub fn tabulate(&self, model: &OnboardModel, profile: &mut AirProfile) {
         let at_m = self.altitude_m.unwrap_or(0.0);
         let mut altitude_m = 0.0;
         // Sine and cosine of each wave at the node, turned on from node to node.
         let mut waves = [(0.0, 1.0); BANDS];
         let turns = WAVE_NUMBERS_PM.map(|k| sin_cos(k * SPACING_M));
         let mut short = self.mean[SHORT] * exp(-at_m / SHORT_LENGTH_M);
-        profile.fill(exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), || {
+        profile.fill(model, exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), || {
             let mut log_ratio = self.mean[0] + self.mean[1] * slope_of(altitude_m);
             for i in 0..BANDS {
                 let (sine, cosine) = waves[i];

@@ -197,7 +197,7 @@ impl Guidance {
             out_of_reach: false,
             alignment: Alignment::NEW,
             adaptation: Adaptation::NEW,
-            air: AirProfile::NOMINAL,
+            air: AirProfile::NONE,
             slope_m: None,
         }
     }
@@ -246,7 +246,7 @@ impl Guidance {
         if context.mode == GuidanceMode::Aeroshell {
             self.adaptation.observe(input.estimate, context.model, context.force_noise_mps2);
             if last {
-                self.adaptation.tabulate(&mut self.air);
+                self.adaptation.tabulate(input.context.model, &mut self.air);
             }
         }
     }
@@ -277,8 +277,10 @@ impl Guidance {
                     output.telemetry = Some(self.report(cycle, result.as_ref(), course, input));
                 }
                 if input.context.mode == GuidanceMode::Paper {
-                    self.air.set_constant(density::ratio(input.estimate));
+                    self.air.set_constant(input.context.model, density::ratio(input.estimate));
                     self.slope_m = None;
+                } else if self.air.is_none() {
+                    self.air.set_constant(input.context.model, 1.0);
                 }
                 self.cycle = Some(Cycle::new(&self.cycle_start(input), input.context.guidance));
             } else {

@@ -421,7 +421,7 @@ mod tests {
 
     fn fly(bank_deg: f64, step_s: f64, stop: &Stop) -> (Prediction, PathEnd, u32) {
         let model = model();
-        let flown = Flown { model: &model, air: &AirProfile::NOMINAL };
+        let flown = Flown { model: &model, air: &AirProfile::nominal(&model) };
         let mut prediction = Prediction::held(&flown, &entry(), rad(bank_deg).cos(), rad(bank_deg).sin());
         for steps in 1..10_000 {
             if prediction.step(&flown, step_s, stop, None) {
@@ -502,7 +502,7 @@ mod tests {
     #[test]
     fn a_state_that_is_not_finite_ends_at_once() {
         let model = model();
-        let flown = Flown { model: &model, air: &AirProfile::NOMINAL };
+        let flown = Flown { model: &model, air: &AirProfile::nominal(&model) };
         let mut state = entry();
         state[4] = f64::NAN;
         let mut prediction = Prediction::held(&flown, &state, 1.0, 0.0);

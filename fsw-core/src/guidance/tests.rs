@@ -68,7 +68,7 @@ fn start(state: State) -> CycleStart {
 
 /// Runs a cycle in slices; the frames it took.
 fn run(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>) -> u32 {
-    run_in(cycle, steps, context, &AirProfile::NOMINAL)
+    run_in(cycle, steps, context, &AirProfile::nominal(context.model))
 }
 
 fn run_in(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>, air: &AirProfile) -> u32 {
@@ -102,7 +102,7 @@ fn a_cycle_does_not_depend_on_how_it_was_sliced() {
     for (h, v, gamma) in [(125.3e3, 5505.0, -14.15), (60e3, 5400.0, -10.0), (25e3, 2500.0, -8.0), (9e3, 640.0, -20.0)] {
         let whole = {
             let mut cycle = Cycle::new(&start(state_of(&estimate(h, v, gamma))), &CONFIG.guidance);
-            cycle.advance(u32::MAX, &context.cycle(&AirProfile::NOMINAL), &mut NoProbe);
+            cycle.advance(u32::MAX, &context.cycle(&AirProfile::nominal(context.model)), &mut NoProbe);
             cycle
         };
         for steps in [1, 3, STEPS_PER_FRAME, 100] {
@@ -269,8 +269,8 @@ proptest! {
         };
         let model = model();
         let context = GuidanceContext { mode, ..context(&model, &config) };
-        let mut air = AirProfile::NOMINAL;
-        air.set_constant(ratio);
+        let mut air = AirProfile::NONE;
+        air.set_constant(&model, ratio);
         let from = CycleStart {
             bank_rad: bank, command_rad: command, frames_to_effect: frames, slope_m: slope, ..start(state)
         };

@@ -24,6 +24,13 @@ use aero::Aerodynamics;
 use atmosphere::Atmosphere;
 use entry::{Constants, Environment};
 
+/// Altitudes at which the density of the onboard model is tabulated for predictions: up to 130 km.
+pub const DENSITY_NODES: usize = NODES_BELOW + 131;
+/// Those of them below the reference sphere.
+pub const NODES_BELOW: usize = 2;
+/// Their spacing, m.
+pub const DENSITY_SPACING_M: f64 = 1_000.0;
+
 /// Why parameters do not make a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -82,6 +89,8 @@ pub struct OnboardModel {
     /// Drag and lift coefficients.
     pub aero: Aerodynamics,
     constants: Constants,
+    /// Density from two spacings below the reference sphere up, kg/m³.
+    nominal_densities: [f64; DENSITY_NODES],
 }
 
 impl OnboardModel {
@@ -117,6 +126,7 @@ impl OnboardModel {
             atmosphere: Atmosphere::vacuum(),
             aero: Aerodynamics::none(),
             constants: Constants::new(&Planet { radius_m: 0.0, mu_m3ps2: 0.0, rotation_radps: 0.0, j2: 0.0 }, 0.0),
+            nominal_densities: [0.0; DENSITY_NODES],
         }
     }
 
@@ -144,7 +154,18 @@ impl OnboardModel {
         self.vehicle = *vehicle;
         self.constants = Constants::new(&planet, area_m2 / mass_kg);
         self.atmosphere.set(atmosphere, atmosphere_rows)?;
+        let mut altitude_m = -DENSITY_SPACING_M * NODES_BELOW as f64;
+        for density in &mut self.nominal_densities {
+            *density = self.atmosphere.density(altitude_m);
+            altitude_m += DENSITY_SPACING_M;
+        }
         self.aero.set(vehicle, aero_rows)
+    }
+
+    /// Density at nodes [`DENSITY_SPACING_M`] apart, the first [`NODES_BELOW`] of them below the reference sphere, kg/m³.
+    #[must_use]
+    pub const fn nominal_densities(&self) -> &[f64; DENSITY_NODES] {
+        &self.nominal_densities
     }
 
     /// Constants of the equations of motion.
