@@ -27,6 +27,8 @@ pub enum Command {
     Fly(FlyArgs),
     /// Fly many dispersed entries and show what they have in common.
     Campaign(CampaignArgs),
+    /// Set finished campaigns side by side.
+    Compare(CompareArgs),
     /// Propagate one open-loop entry of the truth at a constant bank to CSV.
     Propagate(PropagateArgs),
     /// Feed recorded link logs to a fresh flight computer and compare every byte of its output.
@@ -100,6 +102,9 @@ fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
+/// Every how many runs of a campaign are flown again for the split of the miss, when nothing is said.
+pub const DEFAULT_SPLIT: u64 = 20;
+
 /// Options of `campaign`.
 #[derive(Clone, Debug, Args)]
 pub struct CampaignArgs {
@@ -124,8 +129,8 @@ pub struct CampaignArgs {
     /// Threads; as many as there are cores when left out. Results do not depend on it.
     #[arg(long, value_name = "J", allow_negative_numbers = true)]
     pub jobs: Option<std::num::NonZeroUsize>,
-    /// Flies every Nth run again with ideal navigation and with known density, for the split of the miss; 0 for none.
-    #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true)]
+    /// Flies every Nth run again with known density, and with ideal navigation too, for the split of the miss; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_SPLIT, allow_negative_numbers = true)]
     pub split: u64,
     /// Merges the folders of shards into --out instead of flying.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["runs", "first", "jobs", "split"])]
@@ -137,6 +142,23 @@ pub struct CampaignArgs {
     /// Replaces another campaign in the folder.
     #[arg(long)]
     pub force: bool,
+}
+
+/// Options of `compare`.
+#[derive(Clone, Debug, Args)]
+pub struct CompareArgs {
+    /// Campaign folders.
+    #[arg(required = true, num_args = 1.., value_name = "DIR")]
+    pub campaigns: Vec<PathBuf>,
+    /// Page with the overlaid distributions.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replaces the page when it exists.
+    #[arg(long)]
+    pub force: bool,
+    /// Prints the figures as JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Options of `fly`.

@@ -13,6 +13,7 @@ fn main() -> ExitCode {
         None => fly::run(&cli.fly),
         Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Campaign(args)) => campaign::run(&args),
+        Some(Command::Compare(args)) => campaign::compare::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Wcet(args)) => wcet::run(&args),

@@ -1,7 +1,7 @@
 //! Trim attitude: the body at its trim angle of attack about the air-relative velocity, zero sideslip, at a bank angle.
 
 use fsw_core::frames::{Body, Inertial, Rot, Vec3};
-use libm::{cos, sin};
+use libm::sincos;
 
 /// Directions of the flow at one instant, inertial axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +12,22 @@ pub struct FlowAxes {
     pub up: Vec3<Inertial>,
     /// To the right of it, horizontal: lift at a bank of +90°.
     pub right: Vec3<Inertial>,
+}
+
+/// An angle by its sine and cosine, for those who need them more than once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    sine: f64,
+    cosine: f64,
+}
+
+impl Turn {
+    /// Of an angle.
+    #[must_use]
+    pub fn new(angle_rad: f64) -> Self {
+        let (sine, cosine) = sincos(angle_rad);
+        Self { sine, cosine }
+    }
 }
 
 impl FlowAxes {
@@ -33,15 +49,27 @@ impl FlowAxes {
     /// Direction of the lift at a bank angle.
     #[must_use]
     pub fn lift(&self, bank_rad: f64) -> Vec3<Inertial> {
-        self.up * cos(bank_rad) + self.right * sin(bank_rad)
+        self.lift_at(&Turn::new(bank_rad))
+    }
+
+    /// The same of a bank by its sine and cosine.
+    #[must_use]
+    pub fn lift_at(&self, bank: &Turn) -> Vec3<Inertial> {
+        self.up * bank.cosine + self.right * bank.sine
     }
 
     /// Attitude body → inertial at a bank angle and a trim angle of attack α: the velocity in body axes is
     /// V (cos α, 0, sin α), the lift direction (sin α, 0, −cos α).
     #[must_use]
     pub fn attitude_bi(&self, bank_rad: f64, angle_of_attack_rad: f64) -> Rot<Body, Inertial> {
-        let (sin_alpha, cos_alpha) = (sin(angle_of_attack_rad), cos(angle_of_attack_rad));
-        let lift = self.lift(bank_rad);
+        self.attitude_at(&Turn::new(bank_rad), &Turn::new(angle_of_attack_rad))
+    }
+
+    /// The same of both angles by their sine and cosine.
+    #[must_use]
+    pub fn attitude_at(&self, bank: &Turn, angle_of_attack: &Turn) -> Rot<Body, Inertial> {
+        let Turn { sine: sin_alpha, cosine: cos_alpha } = *angle_of_attack;
+        let lift = self.lift_at(bank);
         let x_b = self.forward * cos_alpha + lift * sin_alpha;
         let z_b = self.forward * sin_alpha - lift * cos_alpha;
         // Orthonormal by construction, so the identity is never taken.
@@ -51,8 +79,8 @@ impl FlowAxes {
 
 /// Specific force in body axes from drag and lift acceleration (or their integrals over time), at the angle of attack.
 #[must_use]
-pub fn force_b(drag: f64, lift: f64, angle_of_attack_rad: f64) -> Vec3<Body> {
-    let (s, c) = (sin(angle_of_attack_rad), cos(angle_of_attack_rad));
+pub fn force_b(drag: f64, lift: f64, angle_of_attack: &Turn) -> Vec3<Body> {
+    let Turn { sine: s, cosine: c } = *angle_of_attack;
     Vec3::new(-drag * c + lift * s, 0.0, -drag * s - lift * c)
 }
 
@@ -84,7 +112,7 @@ mod tests {
 
     #[test]
     fn the_sensed_force_points_where_the_specification_says() {
-        let at = |degrees: f64| force_b(1.45, 0.24 * 1.45, degrees.to_radians());
+        let at = |degrees: f64| force_b(1.45, 0.24 * 1.45, &Turn::new(degrees.to_radians()));
         assert!((at(-16.0) - Vec3::new(-1.490, 0.0, 0.065)).norm() < 1e-3);
         assert!((at(16.0).z() - -0.73).abs() < 5e-3);
     }
@@ -94,7 +122,7 @@ mod tests {
         let (r, v) = flow();
         let flow = FlowAxes::new(&r, &v);
         let expected = flow.lift(-0.6) * 3.0 - flow.forward * 11.0;
-        let turned = flow.attitude_bi(-0.6, -0.28).apply(&force_b(11.0, 3.0, -0.28));
+        let turned = flow.attitude_bi(-0.6, -0.28).apply(&force_b(11.0, 3.0, &Turn::new(-0.28)));
         assert!((turned - expected).norm() < 1e-13);
     }
 

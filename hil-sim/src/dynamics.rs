@@ -8,7 +8,7 @@ use fsw_core::planet::{Planet, STANDARD_GRAVITY_MPS2, SUTTON_GRAVES_MARS};
 
 use crate::aero::Vehicle;
 use crate::atmosphere::Atmosphere;
-use crate::attitude::FlowAxes;
+use crate::attitude::{FlowAxes, Turn};
 use crate::wind::Wind;
 
 /// Everything that acts on the vehicle.
@@ -149,10 +149,14 @@ impl World {
         }
     }
 
-    fn rates(&self, motion: &Motion, bank_rad: f64) -> Rates {
+    fn rates(&self, motion: &Motion, turn: &Turn) -> Rates {
         let flow = self.flow(&motion.r_i, &motion.v_i);
         let axes = FlowAxes::new(&motion.r_i, &flow.v_air_i);
-        let force = axes.lift(bank_rad) * flow.lift_mps2 - axes.forward * flow.drag_mps2;
+        self.rates_in(motion, &flow, &axes, turn)
+    }
+
+    fn rates_in(&self, motion: &Motion, flow: &Flow, axes: &FlowAxes, turn: &Turn) -> Rates {
+        let force = axes.lift_at(turn) * flow.lift_mps2 - axes.forward * flow.drag_mps2;
         Rates {
             v: motion.v_i,
             a: gravity(&motion.r_i, &self.planet) + force,
@@ -164,11 +168,20 @@ impl World {
     /// One step of the classical fourth-order Runge–Kutta rule. `bank_rad` gives the bank at a time after the step's start.
     #[must_use]
     pub fn step(&self, motion: &Motion, h_s: f64, bank_rad: impl Fn(f64) -> f64) -> Motion {
-        let bank_half = bank_rad(0.5 * h_s);
-        let k1 = self.rates(motion, bank_rad(0.0));
-        let k2 = self.rates(&motion.moved(&k1, 0.5 * h_s), bank_half);
-        let k3 = self.rates(&motion.moved(&k2, 0.5 * h_s), bank_half);
-        let k4 = self.rates(&motion.moved(&k3, h_s), bank_rad(h_s));
+        let flow = self.flow(&motion.r_i, &motion.v_i);
+        let axes = FlowAxes::new(&motion.r_i, &flow.v_air_i);
+        let turns = [0.0, 0.5 * h_s, h_s].map(|t| Turn::new(bank_rad(t)));
+        self.step_from(motion, (&flow, &axes), h_s, &turns)
+    }
+
+    /// The same where the flow at the start is known, and the bank at the start, the middle and the end of the step.
+    #[must_use]
+    pub fn step_from(&self, motion: &Motion, here: (&Flow, &FlowAxes), h_s: f64, turns: &[Turn; 3]) -> Motion {
+        let [start, middle, end] = turns;
+        let k1 = self.rates_in(motion, here.0, here.1, start);
+        let k2 = self.rates(&motion.moved(&k1, 0.5 * h_s), middle);
+        let k3 = self.rates(&motion.moved(&k2, 0.5 * h_s), middle);
+        let k4 = self.rates(&motion.moved(&k3, h_s), end);
         let mean = Rates {
             v: (k1.v + (k2.v + k3.v) * 2.0 + k4.v) * (1.0 / 6.0),
             a: (k1.a + (k2.a + k3.a) * 2.0 + k4.a) * (1.0 / 6.0),

@@ -14,8 +14,8 @@ pub const INPUT: &str = "input_";
 pub const BANK: (&str, &str) = ("bank_deg_at_", "_mps");
 /// Spacing of the speeds at which the bank is kept, m/s.
 const BANK_SPACING_MPS: f64 = 200.0;
-/// The same flights once more: each column with what they fly on.
-pub const SPLIT: [&str; 2] = ["miss_ideal_navigation_m", "miss_known_density_m"];
+/// Misses of the same run flown again: with its density known on board, and with ideal navigation on top of that.
+pub const SPLIT: [&str; 2] = ["miss_known_density_m", "miss_known_density_ideal_navigation_m"];
 
 type Column = (&'static str, Kind, fn(&Flown) -> Cell);
 
@@ -65,7 +65,7 @@ pub struct RunResult {
     pub run: u64,
     /// The flight.
     pub flown: Flown,
-    /// Misses of the same run with ideal navigation, and with ideal navigation and known density.
+    /// Misses of the same run flown again, in the order of [`SPLIT`].
     pub split: [Option<f64>; 2],
     /// What it flew.
     pub inputs: Vec<f64>,

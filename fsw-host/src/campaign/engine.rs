@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use fsw_core::link::parameters::NavigationMode;
 use hil_sim::case::Case;
 use hil_sim::scenario::Scenario;
 use rayon::prelude::*;
@@ -51,10 +52,12 @@ impl<'a> Engine<'a> {
         let flown = self.fly_case(flyer, self.scenario, &case)?;
         let mut misses = [None; 2];
         if self.split > 0 && run.is_multiple_of(self.split) {
-            let again = [split::ideal_navigation(self.scenario), split::known_density(self.scenario, &case)];
-            for (miss, scenario) in misses.iter_mut().zip(&again) {
-                *miss = self.fly_case(flyer, scenario, &case)?.miss_m;
-            }
+            let known = split::known_density(self.scenario, &case);
+            misses[0] = self.fly_case(flyer, &known, &case)?.miss_m;
+            misses[1] = match known.navigation.filter {
+                NavigationMode::Ideal => misses[0],
+                _ => self.fly_case(flyer, &split::ideal_navigation(known), &case)?.miss_m,
+            };
         }
         Ok(RunResult { run, flown, split: misses, inputs: self.columns.inputs(&case) })
     }

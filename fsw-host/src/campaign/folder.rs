@@ -23,7 +23,7 @@ const IDENTITY: &str = "campaign.json";
 /// The table of all runs.
 pub const RUNS: &str = "runs.parquet";
 /// Files of a campaign folder; `--force` removes these, the chunks, and nothing else.
-const FILES: [&str; 6] = [IDENTITY, RUNS, "scenario.toml", SUMMARY, REPORT, "miss.svg"];
+const FILES: [&str; 5] = [IDENTITY, RUNS, "scenario.toml", SUMMARY, REPORT];
 /// The figures.
 pub const SUMMARY: &str = "summary.json";
 /// The page.
@@ -270,6 +270,12 @@ impl Folder {
     ) -> Result<(), HostError> {
         write_whole(&self.path.join(name), fill)
     }
+}
+
+/// The last part of a path, which tells campaigns apart.
+#[must_use]
+pub fn short(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 /// What the campaign in a folder is about.

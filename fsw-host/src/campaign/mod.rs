@@ -5,12 +5,15 @@
 //! alone. So order, threads, shards and interruptions leave no trace in the results.
 
 pub mod columns;
+pub mod compare;
+pub mod direct;
 pub mod engine;
 pub mod flight;
 pub mod folder;
 mod merge;
 pub mod observer;
 mod progress;
+pub mod report;
 pub mod screen;
 pub mod split;
 pub mod statistics;
@@ -18,7 +21,7 @@ pub mod summary;
 pub mod table;
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -34,6 +37,7 @@ use crate::record::ScenarioFacts;
 use engine::Engine;
 use folder::{Folder, Identity};
 use progress::Progress;
+use report::Material;
 use summary::{Runs, Summary, summarise};
 use table::Reader;
 
@@ -70,7 +74,7 @@ pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
     let started = Instant::now();
     let flown = fly(args, &engine, &folder)?;
     let wall_s = started.elapsed().as_secs_f64();
-    conclude(args, &folder, &engine.facts, (flown, wall_s))
+    conclude(args, &folder, &scenario, (flown, wall_s))
 }
 
 /// What a campaign is about, checked.
@@ -147,24 +151,27 @@ fn catch_interrupt() -> Result<(), HostError> {
 fn conclude(
     args: &CampaignArgs,
     folder: &Folder,
-    facts: &ScenarioFacts,
+    scenario: &Scenario,
     (flown, wall_s): (u64, f64),
 ) -> Result<bool, HostError> {
-    let summary = summary_of(folder, facts)?;
-    let summary = Summary { wall_s, runs_per_s: (flown > 0 && wall_s > 0.0).then(|| flown as f64 / wall_s), ..summary };
+    let table = folder.runs();
+    let facts = ScenarioFacts::of(scenario);
+    let unreadable = |e| HostError::file("read", &table)(e);
+    let runs = Runs::new(Reader::open(&table).map_err(unreadable)?);
+    let plain = summarise(&runs, folder.identity(), &facts).map_err(unreadable)?;
+    let summary = Summary { wall_s, runs_per_s: (flown > 0 && wall_s > 0.0).then(|| flown as f64 / wall_s), ..plain };
+    // The shortest and most telling file first.
     folder.write(folder::SUMMARY, |out| write_json(&summary, out))?;
+    let identity = folder.identity();
+    let page = report::html(&Material { runs: &runs, summary: &summary, scenario, facts: &facts, identity });
+    let page = page.map_err(|e| HostError::Option(format!("{}: {e}", table.display())))?;
+    folder.write(folder::REPORT, |out| io::Write::write_all(out, page.as_bytes()))?;
     if args.common.json {
         print_json(&summary)?;
     } else if !args.common.quiet {
         print(&screen::summary(&summary, folder.path()))?;
     }
     Ok(!summary.outcomes.iter().any(|(word, _)| word == "failed"))
-}
-
-fn summary_of(folder: &Folder, facts: &ScenarioFacts) -> Result<Summary, HostError> {
-    let path: PathBuf = folder.runs();
-    let read = || summarise(&Runs::new(Reader::open(&path)?), folder.identity(), facts);
-    read().map_err(HostError::file("read", &path))
 }
 
 fn write_json(value: &impl Serialize, out: &mut impl io::Write) -> io::Result<()> {

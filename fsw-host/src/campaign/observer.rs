@@ -1,7 +1,8 @@
 //! Watches one flight and keeps what a campaign wants to know of it: figures, not histories.
 
 use fsw_core::link::packet::{
-    Actuator, CycleOutcome, DeployCause, Downlink, Event, EventKind, Frame, GuidanceTlm, NavTlm, RejectCounters,
+    Actuator, CycleOutcome, DeployCause, Downlink, Event, EventKind, Frame, GuidanceTlm, HealthTlm, NavTlm,
+    RejectCounters,
 };
 use fsw_core::planet::STANDARD_GRAVITY_MPS2;
 use fsw_core::time::FRAME;
@@ -138,19 +139,28 @@ impl<'a> Observer<'a> {
     /// A packet of the flight computer, and the truth as it was then.
     pub fn hear(&mut self, frame: &Frame<Downlink>, truth: &Truth) {
         match &frame.packet {
-            Downlink::Actuator(actuator) => {
-                self.flown.frames = actuator.frame;
-                self.deployed |= actuator.discretes & Actuator::MORTAR_FIRE != 0;
-            }
+            Downlink::Actuator(actuator) => self.actuator(actuator),
             Downlink::NavTlm(nav) if frame.time == truth.time() => self.navigation(nav, truth),
             Downlink::GuidanceTlm(cycle) => self.guidance(cycle),
-            Downlink::HealthTlm(health) => self.flown.rejected = rejected(&health.rejects),
+            Downlink::HealthTlm(health) => self.health(health),
             Downlink::Event(event) => self.event(event),
             _ => {}
         }
     }
 
-    fn navigation(&mut self, nav: &NavTlm, truth: &Truth) {
+    /// The command of a frame.
+    pub fn actuator(&mut self, actuator: &Actuator) {
+        self.flown.frames = actuator.frame;
+        self.deployed |= actuator.discretes & Actuator::MORTAR_FIRE != 0;
+    }
+
+    /// Counters.
+    pub fn health(&mut self, health: &HealthTlm) {
+        self.flown.rejected = rejected(&health.rejects);
+    }
+
+    /// An estimate of the present truth.
+    pub fn navigation(&mut self, nav: &NavTlm, truth: &Truth) {
         let sample = consistency(0.0, nav, &truth.packet());
         let norm = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         self.flown.position_error_m = Some(norm(sample.position_error_m));
@@ -161,7 +171,8 @@ impl<'a> Observer<'a> {
         }
     }
 
-    fn guidance(&mut self, cycle: &GuidanceTlm) {
+    /// A guidance cycle.
+    pub fn guidance(&mut self, cycle: &GuidanceTlm) {
         self.flown.work.add(cycle);
         self.flown.reversals = self.flown.reversals.max(u32::from(cycle.reversals));
         match cycle.outcome {
@@ -173,7 +184,8 @@ impl<'a> Observer<'a> {
         }
     }
 
-    fn event(&mut self, event: &Event) {
+    /// Something happened.
+    pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Reversal { .. } => self.reversal_events += 1,
             EventKind::TargetUnreachable { miss_m } => {

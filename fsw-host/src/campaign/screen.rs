@@ -88,13 +88,13 @@ fn split(out: &mut String, s: &Summary) {
     rule(out, "where the miss comes from");
     let _ = writeln!(
         out,
-        "  navigation {:.0} %, atmosphere {:.0} %, guidance and vehicle {:.0} % of the mean squared miss ({} runs)",
-        split.navigation_pct, split.atmosphere_pct, split.guidance_pct, split.runs
+        "  atmosphere {:.0} %, navigation {:.0} %, guidance and vehicle {:.0} % of the mean squared miss ({} runs)",
+        split.atmosphere_pct, split.navigation_pct, split.guidance_pct, split.runs
     );
     let _ = writeln!(
         out,
-        "  root mean square {:.0} m as flown, {:.0} m with ideal navigation, {:.0} m with known density too",
-        split.flown_m, split.ideal_navigation_m, split.known_density_m
+        "  root mean square {:.0} m as flown, {:.0} m with known density, {:.0} m with ideal navigation too",
+        split.flown_m, split.known_density_m, split.ideal_navigation_m
     );
 }
 

@@ -211,14 +211,14 @@ pub struct Split {
     pub runs: u64,
     /// Miss as flown, m.
     pub flown_m: f64,
-    /// With ideal navigation, m.
-    pub ideal_navigation_m: f64,
-    /// With ideal navigation and known density, m.
+    /// With the density known on board, m.
     pub known_density_m: f64,
-    /// Share of the mean squared miss that goes with ideal navigation, percent; below zero when the miss grew.
-    pub navigation_pct: f64,
-    /// Share that goes when the density is known too, percent.
+    /// With known density and ideal navigation, m.
+    pub ideal_navigation_m: f64,
+    /// Share of the mean squared miss that goes when the density is known, percent; below zero when the miss grew.
     pub atmosphere_pct: f64,
+    /// Share that goes with ideal navigation too, percent.
+    pub navigation_pct: f64,
     /// Share that is left, percent.
     pub guidance_pct: f64,
 }
@@ -478,27 +478,27 @@ fn guidance(runs: &Runs) -> io::Result<Guidance> {
 }
 
 fn split(runs: &Runs, misses: &[f64]) -> io::Result<Option<Split>> {
-    let (ideal, known) = (runs.numbers(super::columns::SPLIT[0])?, runs.numbers(super::columns::SPLIT[1])?);
+    let (known, ideal) = (runs.numbers(super::columns::SPLIT[0])?, runs.numbers(super::columns::SPLIT[1])?);
     let all: Vec<[f64; 3]> = misses
         .iter()
-        .zip(ideal.iter().zip(&known))
-        .map(|(flown, (ideal, known))| [*flown, *ideal, *known])
+        .zip(known.iter().zip(&ideal))
+        .map(|(flown, (known, ideal))| [*flown, *known, *ideal])
         .filter(|misses| misses.iter().all(|m| m.is_finite()))
         .collect();
     if all.is_empty() {
         return Ok(None);
     }
     let square = |at: usize| all.iter().map(|misses| misses[at] * misses[at]).sum::<f64>() / all.len() as f64;
-    let (flown, ideal, known) = (square(0), square(1), square(2));
+    let (flown, known, ideal) = (square(0), square(1), square(2));
     let pct = |part: f64| if flown > 0.0 { 100.0 * part / flown } else { 0.0 };
     Ok(Some(Split {
         runs: all.len() as u64,
         flown_m: flown.sqrt(),
-        ideal_navigation_m: ideal.sqrt(),
         known_density_m: known.sqrt(),
-        navigation_pct: pct(flown - ideal),
-        atmosphere_pct: pct(ideal - known),
-        guidance_pct: pct(known),
+        ideal_navigation_m: ideal.sqrt(),
+        atmosphere_pct: pct(flown - known),
+        navigation_pct: pct(known - ideal),
+        guidance_pct: pct(ideal),
     }))
 }
 

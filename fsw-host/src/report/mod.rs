@@ -16,7 +16,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::record::FlightRecord;
+pub(crate) use page::STYLE;
+pub(crate) use palette::{Ink, style_sheet};
 pub use plot::PlotError;
+pub(crate) use plot::{Anchor, Axis, Figure, Layer, Mark, Panel, Point, number};
 
 /// A report could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -7,7 +7,8 @@ use super::plot::{Figure, PlotError, number};
 use super::{computer, palette, tables};
 use crate::record::{End, FlightRecord, Summary};
 
-const STYLE: &str = include_str!("style.css");
+/// The style of every page.
+pub const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
 ///
