@@ -214,8 +214,9 @@ impl<C: Counter> Meter for FrameMeter<C> {
 
     #[inline(never)]
     fn pause(&mut self) {
-        let now = self.counter.read();
-        self.open.whole = self.open.whole.saturating_add(now.saturating_sub(self.frame_began));
+        // What a span does after its last mark is receiving.
+        self.slot_done(SlotId::Receive);
+        self.open.whole = self.open.whole.wrapping_add(self.slot_began.wrapping_sub(self.frame_began));
     }
 
     fn discard(&mut self) {
@@ -267,7 +268,7 @@ impl<C: Counter> Probe for FrameMeter<C> {
         let now = self.counter.read();
         let mut frame = core::mem::replace(&mut self.open, MeasuredCost::NONE);
         frame.whole = frame.whole.saturating_add(now.saturating_sub(self.frame_began));
-        self.frame_began = now;
+        (self.frame_began, self.slot_began, self.mark) = (now, now, now);
         // Packets that came while frames went missing came in the time of those frames.
         let [receive, ..] = &mut frame.slots;
         self.received = self.received.saturating_add(*receive);
@@ -280,7 +281,8 @@ impl<C: Counter> Probe for FrameMeter<C> {
 
     fn nothing_done(&mut self) {
         self.open = MeasuredCost::NONE;
-        self.frame_began = self.counter.read();
+        let now = self.counter.read();
+        (self.frame_began, self.slot_began, self.mark) = (now, now, now);
     }
 }
 
@@ -335,7 +337,7 @@ mod tests {
         meter.frame_done(); // 10
         meter.pause(); // belongs to the next frame: 10
         let cost = meter.take().unwrap();
-        assert_eq!((cost.whole, cost.slots[0], cost.stack_high_water_bytes), (50, 20, 77));
+        assert_eq!((cost.whole, cost.slots[0], cost.stack_high_water_bytes), (50, 40, 77));
         meter.resume();
         meter.frame_done();
         assert_eq!(meter.take().unwrap().whole, 20);
@@ -385,7 +387,7 @@ mod tests {
         meter.resume();
         meter.frame_done();
         let cost = meter.take().unwrap();
-        assert_eq!((cost.whole, cost.slots[0]), (20, 0));
+        assert_eq!((cost.whole, cost.slots[0]), (20, 10));
     }
 
     #[test]

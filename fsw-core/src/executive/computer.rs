@@ -160,6 +160,12 @@ impl FlightComputer {
         }
     }
 
+    /// Counts what lay between two delimiters and is too short for any packet, as [`Self::receive`] would.
+    pub(super) fn count_runt(&mut self, stretch: &[u8]) {
+        let rejects = &mut self.executive.rejects;
+        rejects.crc = rejects.crc.saturating_add(u32::from(!stretch.is_empty()));
+    }
+
     /// Takes received bytes off the front of `bytes` up to the end of a packet that is to be used, and does what follows
     /// from it; all bytes when there is none in them.
     pub fn take_probed(&mut self, bytes: &mut &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
@@ -171,7 +177,6 @@ impl FlightComputer {
                 break;
             }
         }
-        probe.slot_done(SlotId::Receive);
         if self.executive.frame() == 0 {
             probe.nothing_done();
         }

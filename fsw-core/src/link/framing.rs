@@ -105,13 +105,18 @@ impl core::error::Error for Reject {}
 impl RejectCounters {
     /// Counts a rejected frame under its cause.
     pub fn count(&mut self, reject: Reject) {
-        let counter = match reject {
+        let counter = self.of(reject);
+        *counter = counter.saturating_add(1);
+    }
+
+    /// The counter of a cause.
+    pub(crate) fn of(&mut self, reject: Reject) -> &mut u32 {
+        match reject {
             Reject::Overflow => &mut self.overflow,
             Reject::Cobs => &mut self.cobs,
             Reject::Crc => &mut self.crc,
             Reject::Decode => &mut self.decode,
-        };
-        *counter = counter.saturating_add(1);
+        }
     }
 }
 
@@ -172,6 +177,12 @@ impl Stretches {
         Self { begun: [0; LONGEST_STRETCH], length: 0, skipping: false }
     }
 
+    /// Whether the next byte begins a stretch.
+    #[inline(always)]
+    pub(crate) const fn is_between(&self) -> bool {
+        self.length == 0 && !self.skipping
+    }
+
     /// Takes bytes off the front of `bytes` up to and including the next delimiter. `Some` for what lies before it, or
     /// because that is too long; `None` when the bytes are used up or the delimiter ended nothing.
     pub(crate) fn take<'b>(&'b mut self, bytes: &mut &'b [u8]) -> Option<Result<&'b [u8], Reject>> {
@@ -230,6 +241,13 @@ fn split_at_delimiter(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     Some((stretch, rest.get(1..)?))
 }
 
+/// How many bytes both begin with, four at a time: up to three fewer than there are.
+pub(crate) fn common_prefix(one: &[u8], other: &[u8]) -> usize {
+    let ((a, _), (b, _)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
+    let same = |(a, b): &(&[u8; WORD], &[u8; WORD])| u32::from_le_bytes(**a) == u32::from_le_bytes(**b);
+    WORD * a.iter().zip(b).take_while(same).count()
+}
+
 /// Takes stretches too short for any frame off the front of `bytes`, where one begins; how many. At the end of the bytes
 /// a few are left.
 pub(crate) fn skip_runts(bytes: &mut &[u8]) -> u32 {
@@ -262,6 +280,7 @@ const fn zeros_of(bytes: [u8; WORD]) -> u32 {
 }
 
 /// Whether both hold the same bytes, four at a time.
+#[inline(always)]
 pub(crate) fn are_same(one: &[u8], other: &[u8]) -> bool {
     let ((a, a_rest), (b, b_rest)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
     one.len() == other.len()
