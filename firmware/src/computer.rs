@@ -1,7 +1,7 @@
 //! [`Computer`]: the flight computer of this board, from boot on. What every image runs.
 
 use embedded_io::{Read, Write};
-use fsw_core::executive::{Board as FlightBoard, BoardError, FlightComputer, Room};
+use fsw_core::executive::{Board as FlightBoard, BoardError, Dormant, FlightComputer, Room};
 use fsw_core::link::discretes::Discretes;
 use fsw_core::link::packet::{Mode, RestartReason};
 use fsw_core::probe::{FrameMeter, Meter};
@@ -24,7 +24,7 @@ pub type BoardMeter = FrameMeter<<Present as Board>::Counter>;
 const BUILD_ID: u64 = fsw_core::link::handshake::build_id(env!("CARGO_PKG_VERSION"));
 
 /// The flight software; large, hence never on the stack.
-static CORE: ConstStaticCell<FlightComputer> = ConstStaticCell::new(FlightComputer::new(BUILD_ID));
+static CORE: ConstStaticCell<Dormant> = ConstStaticCell::new(Dormant::new());
 /// Room for its exchanges.
 static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(Room::new());
 
@@ -54,7 +54,7 @@ impl<S: Read + Write, M: Meter> Computer<S, M> {
         else {
             failure::restart(RestartReason::Panic, 0)
         };
-        let board = FlightBoard::new(stream(link, watchdog, clock), lines, core, room);
+        let board = FlightBoard::new(stream(link, watchdog, clock), lines, core.wake(BUILD_ID), room);
         let (meter, mode) = (meter(FrameMeter::new(counter)), Mode::Standby);
         let mut computer = Self { board, meter, clock, stack, record, mode, trouble: None };
         if let Some(report) = record.failure {

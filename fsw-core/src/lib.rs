@@ -2,7 +2,8 @@
 //!
 //! Ground floor first; a module imports only from those above it in this list.
 //!
-//! * [`time`] integer microseconds since the entry epoch. * [`probe`] where execution cost is read. * [`units`], [`planet`] constants.
+//! * [`slot`] optional values that are zero bytes when there is none. * [`time`] integer microseconds since the entry epoch.
+//! * [`probe`] where execution cost is read. * [`units`], [`planet`] constants.
 //! * [`math`] elementary functions, comparisons, dual numbers, integrators, square-root tools, tables.
 //! * [`frames`] typed vectors, rotations, spherical states. * [`model`] the onboard model of planet, air and vehicle.
 //! * [`link`] packets and framing. * [`sensors`] validation and compensation. * [`nav`] strapdown and filter.
@@ -44,5 +45,6 @@ pub mod nav;
 pub mod planet;
 pub mod probe;
 pub mod sensors;
+pub mod slot;
 pub mod time;
 pub mod units;

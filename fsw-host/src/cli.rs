@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::sweep::Range;
 use crate::target::Target;
 
 /// Flies Mars entries with the flight software of this repository. Without a command it flies the scenario `msl`.
@@ -29,6 +30,10 @@ pub enum Command {
     Campaign(CampaignArgs),
     /// Set finished campaigns side by side.
     Compare(CompareArgs),
+    /// Vary one field of a scenario over a range.
+    Sweep(SweepArgs),
+    /// Show what a vehicle can reach, and the entry corridor.
+    Footprint(FootprintArgs),
     /// Propagate one open-loop entry of the truth at a constant bank to CSV.
     Propagate(PropagateArgs),
     /// Feed recorded link logs to a fresh flight computer and compare every byte of its output.
@@ -140,6 +145,55 @@ pub struct CampaignArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replaces another campaign in the folder.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Options of `sweep`.
+#[derive(Clone, Debug, Args)]
+pub struct SweepArgs {
+    /// Field and its values: FIELD=FROM:TO:COUNT.
+    #[arg(value_name = "FIELD=FROM:TO:COUNT")]
+    pub range: Range,
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Shared options.
+    #[command(flatten)]
+    pub common: Common,
+    /// Algorithms.
+    #[command(flatten)]
+    pub selection: Selection,
+    /// Dispersed runs at each value, beside the undispersed flight.
+    #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true)]
+    pub runs: u64,
+    /// Seed of the dispersions.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    pub seed: u64,
+    /// Threads; as many as there are cores when left out.
+    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    pub jobs: Option<std::num::NonZeroUsize>,
+    /// Page with the plot.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replaces the page when it exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Options of `footprint`.
+#[derive(Clone, Debug, Args)]
+pub struct FootprintArgs {
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Shared options.
+    #[command(flatten)]
+    pub common: Common,
+    /// Page with the plots.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replaces the page when it exists.
     #[arg(long)]
     pub force: bool,
 }

@@ -286,3 +286,31 @@ fn campaigns_stand_side_by_side() {
     let said: serde_json::Value = serde_json::from_slice(&json.stdout).expect("--json prints JSON and nothing else");
     assert_eq!(said[0]["summary"]["runs"], 80);
 }
+
+#[test]
+fn a_sweep_gives_a_row_for_every_value_and_refuses_what_cannot_be_flown() {
+    let scratch = Scratch::new("sweep");
+    let sweep = |more: &[&str]| scratch.aeroshell(&[&["sweep"], more].concat());
+    let range = "entry.flight_path_angle_deg=-14.5:-14.0:3";
+    let swept = sweep(&[range, "msl-ideal", "--runs", "2", "--json", "--out", "page.html"]);
+    let said: serde_json::Value = serde_json::from_slice(&swept.stdout).expect("--json prints JSON and nothing else");
+    let values: Vec<f64> = said.as_array().unwrap().iter().map(|row| row["value"].as_f64().unwrap()).collect();
+    assert_eq!(values, [-14.5, -14.25, -14.0]);
+    assert!(said[1]["p50_m"]["value"].as_f64().is_some_and(|miss| miss > 0.0));
+    assert!(fs::read_to_string(scratch.0.join("page.html")).unwrap().contains("<svg"));
+    assert_refused(&sweep(&[range, "msl-ideal", "--out", "page.html"]), &["page.html exists"]);
+    assert_refused(&sweep(&["entry.speed_mps=1:2"]), &["FIELD=FROM:TO:COUNT"]);
+    assert_refused(&sweep(&["entry.sped_mps=5400:5600:3"]), &["sped_mps", "speed_mps"]);
+    assert_refused(&sweep(&["entry.flight_path_angle_deg=-14:5:2"]), &["flight_path_angle_deg = 5", "out of reach"]);
+}
+
+#[test]
+fn a_footprint_shows_the_target_within_what_can_be_reached() {
+    let scratch = Scratch::new("footprint");
+    let shown = scratch.aeroshell(&["footprint", "msl", "--json", "--out", "page.html"]);
+    let said: serde_json::Value = serde_json::from_slice(&shown.stdout).expect("--json prints JSON and nothing else");
+    assert_eq!(said["target_inside"], true);
+    assert!(said["corridor"].as_array().is_some_and(|slices| slices.iter().any(|slice| slice["open"] == true)));
+    assert!(fs::read_to_string(scratch.0.join("page.html")).unwrap().contains("<svg"));
+    assert_refused(&scratch.aeroshell(&["footprint", "nowhere"]), &["nowhere"]);
+}

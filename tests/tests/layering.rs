@@ -3,9 +3,9 @@
 use system_tests::shipped_sources;
 
 /// Modules of the core, ground floor first; each may import from itself and from those above it here.
-const CORE_LAYERS: [&str; 14] = [
-    "time", "probe", "units", "planet", "math", "frames", "model", "link", "sensors", "nav", "control", "guidance",
-    "fault", "config",
+const CORE_LAYERS: [&str; 15] = [
+    "slot", "time", "probe", "units", "planet", "math", "frames", "model", "link", "sensors", "nav", "control",
+    "guidance", "fault", "config",
 ];
 /// The top floor may import everything.
 const TOP: &str = "executive";

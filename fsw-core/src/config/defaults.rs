@@ -2,7 +2,7 @@
 //!
 //! They let the flight software run before anything is loaded; a session loads every block anyway.
 
-use super::{Config, RowTable};
+use super::Config;
 use crate::link::parameters::{
     AtmosphereParameters, ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters,
     InitialKnowledge, Modes, NavigationMode, NavigationParameters, RadioSource, Target, TriggerKind, VehicleParameters,
@@ -23,23 +23,32 @@ const ROOT_HOUR_S: f64 = 60.0;
 
 impl Config {
     /// The default entry.
-    pub const DEFAULT: Self = Self {
-        modes: Modes { navigation: NavigationMode::Ekf, guidance: GuidanceMode::Paper, trigger: TriggerKind::Speed },
-        planet: MARS,
-        vehicle: VEHICLE,
-        aero_rows: RowTable::new(),
-        atmosphere: ATMOSPHERE,
-        atmosphere_rows: RowTable::new(),
-        target: Target { longitude_rad: rad(-73.260), latitude_rad: rad(-41.450) },
-        deploy: DEPLOY,
-        sources: [ORBITER, RadioSource::None, RadioSource::None, RadioSource::None],
-        initial_knowledge: INITIAL_KNOWLEDGE,
-        navigation: NAVIGATION,
-        guidance: GUIDANCE,
-        constraints: CONSTRAINTS,
-        control: CONTROL,
+    pub const DEFAULT: Self = {
+        let mut config = Self::DORMANT;
+        config.wake();
+        config
     };
+
+    /// Becomes [`Config::DEFAULT`] from [`Config::DORMANT`], block by block: what is zero in both is left alone.
+    pub(crate) const fn wake(&mut self) {
+        self.modes = MODES;
+        self.planet = MARS;
+        self.vehicle = VEHICLE;
+        self.atmosphere = ATMOSPHERE;
+        self.target = TARGET;
+        self.deploy = DEPLOY;
+        self.sources = [ORBITER, RadioSource::None, RadioSource::None, RadioSource::None];
+        self.initial_knowledge = INITIAL_KNOWLEDGE;
+        self.navigation = NAVIGATION;
+        self.guidance = GUIDANCE;
+        self.constraints = CONSTRAINTS;
+        self.control = CONTROL;
+    }
 }
+
+/// P4's algorithms and trigger.
+const MODES: Modes =
+    Modes { navigation: NavigationMode::Ekf, guidance: GuidanceMode::Paper, trigger: TriggerKind::Speed };
 
 /// P4's capsule: ballistic coefficient 121.6 kg/m². Nose radius of the 4.5 m, 70° sphere-cone family.
 const VEHICLE: VehicleParameters = VehicleParameters {
@@ -50,6 +59,8 @@ const VEHICLE: VehicleParameters = VehicleParameters {
     lift_to_drag: 0.24,
     trim_angle_of_attack_rad: rad(-16.0),
 };
+
+const TARGET: Target = Target { longitude_rad: rad(-73.260), latitude_rad: rad(-41.450) };
 
 /// Exponential air; the temperature is the hydrostatic one, g·H/R.
 const ATMOSPHERE: AtmosphereParameters = AtmosphereParameters {

@@ -6,6 +6,7 @@
 
 mod checks;
 mod defaults;
+mod dormant;
 pub mod limits;
 mod table;
 

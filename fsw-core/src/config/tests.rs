@@ -300,3 +300,11 @@ fn fields_that_contradict_each_other_are_refused() {
         }
     }
 }
+
+#[test]
+fn without_parameters_nothing_is_armed() {
+    assert!(Config::DORMANT.validate().is_err());
+    let mut config = Config::DORMANT;
+    config.wake();
+    assert_eq!((config.validate(), config), (Ok(()), Config::DEFAULT));
+}

@@ -11,6 +11,7 @@ use crate::link::parameters::BlockId;
 use crate::link::receiver::{Receiver, Sender};
 use crate::probe::{Kernel, MeasuredCost, NoProbe, Probe, SlotId};
 use crate::sensors::FrameInputs;
+use crate::slot::Slot;
 use crate::time::MissionTime;
 
 /// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
@@ -35,11 +36,11 @@ pub struct FlightComputer {
     cost: MeasuredCost,
     build_id: u64,
     peer_refused: bool,
-    actuator: Option<Actuator>,
+    actuator: Slot<Actuator>,
     /// Minor frame of the last inertial measurement, if it lay too far ahead to be run.
     jumped_to: Option<u32>,
     /// Why the computer runs at all, if it restarted by itself.
-    restarted: Option<RestartReport>,
+    restarted: Slot<RestartReport>,
     restart: Restart,
     reports_cost: bool,
     /// Minor frame of the last answer to a command or greeting, and how many it has had.
@@ -53,6 +54,31 @@ enum Gathered {
     Used,
     /// It runs without, in the place of a frame that went missing; they are of a later one.
     Kept,
+}
+
+/// A flight computer as it stands in memory that is cleared at boot: all bytes zero, so that the image need not hold its
+/// 19 KB. [`Dormant::wake`] makes it a computer.
+#[derive(Clone, Debug)]
+pub struct Dormant(FlightComputer);
+
+impl Dormant {
+    /// For a static.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(FlightComputer::dormant())
+    }
+
+    /// The same as [`FlightComputer::new`], in place.
+    pub const fn wake(&mut self, build_id: u64) -> &mut FlightComputer {
+        self.0.wake(build_id);
+        &mut self.0
+    }
+}
+
+impl Default for Dormant {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Whether the computer begins again when told to.
@@ -70,21 +96,34 @@ impl FlightComputer {
     /// A computer in `Standby`.
     #[must_use]
     pub const fn new(build_id: u64) -> Self {
+        let mut computer = Self::dormant();
+        computer.wake(build_id);
+        computer
+    }
+
+    /// All zero bytes, to become [`Self::new`] by [`Self::wake`].
+    const fn dormant() -> Self {
         Self {
-            executive: Executive::new(),
+            executive: Executive::dormant(),
             receiver: Receiver::new(),
             sender: Sender::new(),
             inputs: FrameInputs::new(),
             cost: MeasuredCost::NONE,
-            build_id,
+            build_id: 0,
             peer_refused: false,
-            actuator: None,
+            actuator: Slot::Empty,
             jumped_to: None,
-            restarted: None,
+            restarted: Slot::Empty,
             restart: Restart::Refused,
             reports_cost: false,
             answered: (0, 0),
         }
+    }
+
+    /// Becomes [`Self::new`] from [`Self::dormant`], in place: built elsewhere, it would take its size of stack.
+    const fn wake(&mut self, build_id: u64) {
+        self.executive.wake();
+        self.build_id = build_id;
     }
 
     /// Lets [`Injection::Restart`] be obeyed: for test images that replay several flights in one boot.
@@ -96,10 +135,9 @@ impl FlightComputer {
     pub fn restart_if_asked(&mut self) -> bool {
         let asked = self.restart == Restart::Asked;
         if asked {
-            // Made by the compiler and copied: built here, it would take its size of stack.
             let build_id = self.build_id;
-            *self = const { Self::new(0) };
-            self.build_id = build_id;
+            *self = const { Self::dormant() };
+            self.wake(build_id);
             self.allow_restart();
         }
         asked
@@ -107,12 +145,12 @@ impl FlightComputer {
 
     /// Notes that the computer has restarted by itself: told at once, and again after each greeting in `Standby`.
     pub fn note_restart(&mut self, report: RestartReport, mut transmit: impl FnMut(&[u8])) {
-        self.restarted = Some(report);
+        self.restarted.put(report);
         self.tell_restart(&mut transmit);
     }
 
     fn tell_restart(&mut self, transmit: &mut impl FnMut(&[u8])) {
-        if let Some(report) = self.restarted {
+        if let Some(&report) = self.restarted.get() {
             let (time, severity) = (MissionTime::ZERO, Severity::Fault);
             let event = Event { time, severity, kind: EventKind::Restarted(report) };
             self.send(time, &Downlink::Event(event), &mut NoProbe, transmit);
@@ -128,7 +166,7 @@ impl FlightComputer {
     /// What the last minor frame commanded; none before the first. The same as its last packet, for the discretes.
     #[must_use]
     pub const fn actuator(&self) -> Option<&Actuator> {
-        self.actuator.as_ref()
+        self.actuator.get()
     }
 
     /// Enters what the frame before cost, in instructions of the reference computer; recorded with the next frame.
@@ -366,7 +404,7 @@ impl FlightComputer {
         }
         self.send_events(probe, transmit);
         self.send(now, &Downlink::Actuator(actuator), probe, transmit);
-        self.actuator = Some(actuator);
+        self.actuator.put(actuator);
         probe.slot_done(SlotId::Transmit);
         probe.frame_done();
     }

@@ -231,3 +231,39 @@ fn a_flood_of_commands_in_flight_is_answered_four_times_a_frame_and_counted() {
     assert_eq!(ground.imu(2).len(), 1);
     assert_eq!(ground.send(MissionTime::of_frame(2), Uplink::Command(read)).len(), 1, "the next frame answers again");
 }
+
+/// Every number that a computer remembers.
+fn all_of(computer: &FlightComputer) -> std::string::String {
+    std::format!("{computer:?}")
+}
+
+#[test]
+fn a_dormant_computer_that_is_woken_flies_like_a_new_one_to_the_last_bit() {
+    let (mut dormant, mut ground) = (Dormant::new(), Ground::new());
+    assert_ne!(all_of(&dormant.0), all_of(&ground.computer), "asleep it has no parameters");
+    assert_eq!(all_of(dormant.wake(7)), all_of(&ground.computer));
+    let mut woken = Ground { computer: dormant.wake(7).clone(), ..Ground::new() };
+    for ground in [&mut ground, &mut woken] {
+        ground.hello();
+        ground.command(Command::Arm { digest: Config::DEFAULT.digest() });
+        ground.command(Command::Go { pace: Pace::LockStep });
+    }
+    for frame in 1..=500 {
+        assert_eq!(ground.imu(frame), woken.imu(frame));
+    }
+    assert_eq!(all_of(&ground.computer), all_of(&woken.computer));
+}
+
+#[test]
+fn a_computer_that_begins_again_remembers_nothing() {
+    let mut ground = Ground::flying();
+    ground.computer.allow_restart();
+    for frame in 1..=500 {
+        ground.imu(frame);
+    }
+    ground.command(Command::Inject(Injection::Restart));
+    assert!(ground.computer.restart_if_asked() && !ground.computer.restart_if_asked());
+    let mut new = FlightComputer::new(7);
+    new.allow_restart();
+    assert_eq!(all_of(&ground.computer), all_of(&new));
+}

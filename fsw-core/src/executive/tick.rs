@@ -17,6 +17,7 @@ use crate::model::{ModelError, OnboardModel};
 use crate::nav::{Estimate, NavContext, Navigator};
 use crate::probe::{MeasuredCost, Probe, SlotId};
 use crate::sensors::{self, FrameInputs, StuckMonitor};
+use crate::slot::Slot;
 use crate::time::MissionTime;
 
 /// Everything the flight software remembers. Fixed size; copying it is a snapshot.
@@ -44,7 +45,7 @@ pub struct Executive {
     /// Bank demand of the frame before, which acts over this one.
     demand: BankDemand,
     /// Report of guidance that waits for its frame.
-    report: Option<GuidanceTlm>,
+    report: Slot<GuidanceTlm>,
 }
 
 /// What one minor frame gives out; events are in the log's queue.
@@ -64,8 +65,15 @@ impl Executive {
     /// Flight software in `Standby` with the default parameters.
     #[must_use]
     pub const fn new() -> Self {
+        let mut executive = Self::dormant();
+        executive.wake();
+        executive
+    }
+
+    /// All zero bytes, to become [`Self::new`] by [`Self::wake`].
+    pub(super) const fn dormant() -> Self {
         Self {
-            config: Config::DEFAULT,
+            config: Config::DORMANT,
             rejects: RejectCounters::NONE,
             log: EventLog::new(),
             cost: CostLedger::new(),
@@ -76,12 +84,18 @@ impl Executive {
             model: OnboardModel::none(),
             armed: false,
             navigator: Navigator::new(),
-            guidance: Guidance::new(),
+            guidance: Guidance::dormant(),
             monitor: Monitor::new(),
             stuck: StuckMonitor::new(),
             demand: BankDemand::NONE,
-            report: None,
+            report: Slot::Empty,
         }
+    }
+
+    /// Becomes [`Self::new`] from [`Self::dormant`], in place.
+    pub(super) const fn wake(&mut self) {
+        self.config.wake();
+        self.guidance.wake();
     }
 
     /// Present mode.
@@ -244,8 +258,8 @@ impl Executive {
 
     /// The report of guidance when it is its turn to go down; kept until then, and not in the frame that made it.
     fn guidance_report(&mut self, new: Option<GuidanceTlm>) -> Option<GuidanceTlm> {
-        if new.is_some() {
-            self.report = new;
+        if let Some(new) = new {
+            self.report.put(new);
             return None;
         }
         let turn = due(self.frame, GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET);

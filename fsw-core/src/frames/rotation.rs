@@ -45,6 +45,11 @@ impl<A: Axes, B: Axes> Rot<A, B> {
         Self { q: [1.0, 0.0, 0.0, 0.0], axes: PhantomData }
     }
 
+    /// No rotation at all, all zero: stands where an attitude is not known yet.
+    pub(crate) const fn unset() -> Self {
+        Self { q: [0.0; 4], axes: PhantomData }
+    }
+
     /// A rotation from a quaternion `(w, x, y, z)`, normalised here; `None` when its length is not in `[0.5, 2]`.
     #[must_use]
     pub fn from_quaternion(q: [f64; 4]) -> Option<Self> {

@@ -104,14 +104,37 @@ impl Default for Adaptation {
 
 impl Adaptation {
     /// Nothing learned.
-    pub const NEW: Self = Self {
+    pub const NEW: Self = {
+        let mut adaptation = Self::DORMANT;
+        adaptation.wake();
+        adaptation
+    };
+
+    /// All zero bytes, to become [`Self::NEW`] by [`Self::wake`].
+    pub(super) const DORMANT: Self = Self {
         mean: [0.0; STATES],
-        covariance: prior(),
+        covariance: [[0.0; STATES]; STATES],
         lift: 0.0,
-        lift_variance: LIFT_SIGMA * LIFT_SIGMA,
+        lift_variance: 0.0,
         altitude_m: None,
         window: Window { frames: 0, drag_mps2: 0.0, lift_mps2: 0.0, altitude_m: 0.0, speed_mps: 0.0, climb_mps: 0.0 },
     };
+
+    /// Becomes [`Self::NEW`] from [`Self::DORMANT`], in place.
+    #[allow(clippy::indexing_slicing)] // i < STATES
+    #[allow(clippy::cast_precision_loss)] // a small number
+    pub(super) const fn wake(&mut self) {
+        self.lift_variance = LIFT_SIGMA * LIFT_SIGMA;
+        let p = &mut self.covariance;
+        let mut i = 0;
+        while i < STATES {
+            p[i][i] = WAVE_SIGMA * WAVE_SIGMA / BANDS as f64;
+            i += 1;
+        }
+        p[0][0] = BIAS_SIGMA * BIAS_SIGMA;
+        p[1][1] = SLOPE_SIGMA * SLOPE_SIGMA;
+        p[SHORT][SHORT] = SHORT_SIGMA * SHORT_SIGMA;
+    }
 
     /// One minor frame: gathers, and measures when enough is gathered. `noise_mps2` is the error of the force of one frame.
     #[inline(never)] // once in a frame
@@ -281,18 +304,4 @@ fn basis(altitude_m: f64) -> Row {
         row[3 + 2 * i] = cosine;
     }
     row
-}
-
-#[allow(clippy::indexing_slicing)] // i < STATES
-const fn prior() -> [Row; STATES] {
-    let mut p = [[0.0; STATES]; STATES];
-    let mut i = 0;
-    while i < STATES {
-        p[i][i] = WAVE_SIGMA * WAVE_SIGMA / BANDS as f64;
-        i += 1;
-    }
-    p[0][0] = BIAS_SIGMA * BIAS_SIGMA;
-    p[1][1] = SLOPE_SIGMA * SLOPE_SIGMA;
-    p[SHORT][SHORT] = SHORT_SIGMA * SHORT_SIGMA;
-    p
 }

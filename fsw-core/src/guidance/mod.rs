@@ -33,6 +33,7 @@ use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
 use crate::probe::{Kernel, NoProbe, Probe};
+use crate::slot::Slot;
 use crate::time::{FRAMES_PER_SECOND, MissionTime};
 
 use adaptation::Adaptation;
@@ -162,7 +163,7 @@ pub struct Guidance {
     command_rad: f64,
     /// Side banked to, +1 right, −1 left, 0 before range control.
     side: f64,
-    cycle: Option<Cycle>,
+    cycle: Slot<Cycle>,
     cycles: u32,
     /// Steps of the longest prediction of the cycle before.
     longest_prediction: u32,
@@ -186,20 +187,33 @@ impl Guidance {
     /// Guidance before a flight.
     #[must_use]
     pub const fn new() -> Self {
+        let mut guidance = Self::dormant();
+        guidance.wake();
+        guidance
+    }
+
+    /// All zero bytes, to become [`Self::new`] by [`Self::wake`].
+    pub(crate) const fn dormant() -> Self {
         Self {
             command_rad: 0.0,
             side: 0.0,
-            cycle: None,
+            cycle: Slot::Empty,
             cycles: 0,
-            longest_prediction: LONGEST_PREDICTION,
+            longest_prediction: 0,
             second: 0,
             reversals: 0,
             out_of_reach: false,
             alignment: Alignment::NEW,
-            adaptation: Adaptation::NEW,
+            adaptation: Adaptation::DORMANT,
             air: AirProfile::NONE,
             slope_m: None,
         }
+    }
+
+    /// Becomes [`Self::new`] from [`Self::dormant`], in place.
+    pub(crate) const fn wake(&mut self) {
+        self.longest_prediction = LONGEST_PREDICTION;
+        self.adaptation.wake();
     }
 
     /// Bank reversals commanded so far.
@@ -228,11 +242,11 @@ impl Guidance {
             Mode::Standby | Mode::Coast => self.command_rad = wrap_angle(input.context.control.initial_bank_rad),
             Mode::RangeControl => self.range_control(input, on_the_second, &mut output, probe),
             Mode::HeadingAlignment => self.heading_alignment(input, on_the_second, &mut output),
-            Mode::DegradedRangeControl => self.cycle = None,
+            Mode::DegradedRangeControl => self.cycle.clear(),
             Mode::DegradedHeadingAlignment | Mode::Deployed => self.command_rad = 0.0,
         }
         if !matches!(input.mode, Mode::RangeControl) {
-            self.cycle = None;
+            self.cycle.clear();
         }
         output.bank_rad = self.command_rad;
         probe.kernel_done(Kernel::Corrector, 1);
@@ -264,17 +278,16 @@ impl Guidance {
             if self.side == 0.0 {
                 self.side = if self.command_rad < 0.0 { -1.0 } else { 1.0 };
             }
-            let ended = self.cycle.take();
             let course = usable_course(input.estimate);
             if let Some(course) = &course {
-                let result = ended.as_ref().and_then(|cycle| cycle.result(input.context.constraints));
+                let result = self.cycle.get().and_then(|ended| ended.result(input.context.constraints));
                 if let Some(result) = &result {
                     self.take_effect(result, course, input, output);
                 }
-                if let Some(cycle) = &ended {
-                    self.longest_prediction = cycle.longest_prediction();
-                    self.slope_m = cycle.slope_m();
-                    output.telemetry = Some(self.report(cycle, result.as_ref(), course, input));
+                if let Some(ended) = self.cycle.get() {
+                    output.telemetry = Some(self.report(ended, result.as_ref(), course, input));
+                    self.longest_prediction = ended.longest_prediction();
+                    self.slope_m = ended.slope_m();
                 }
                 if input.context.mode == GuidanceMode::Paper {
                     self.air.set_constant(input.context.model, density::ratio(input.estimate));
@@ -282,14 +295,15 @@ impl Guidance {
                 } else if self.air.is_none() {
                     self.air.set_constant(input.context.model, 1.0);
                 }
-                self.cycle = Some(Cycle::new(&self.cycle_start(input), input.context.guidance));
+                self.cycle.put(Cycle::new(&self.cycle_start(input), input.context.guidance));
             } else {
+                self.cycle.clear();
                 output.telemetry = Some(self.held(input));
             }
             self.cycles = self.cycles.saturating_add(1);
         }
         let context = input.context.cycle(&self.air);
-        if let (Some(cycle), false) = (&mut self.cycle, input.shed) {
+        if let (Some(cycle), false) = (self.cycle.get_mut(), input.shed) {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
             let quota = cycle.quota(frames_left, self.longest_prediction);

@@ -24,10 +24,10 @@ impl Aerodynamics {
         Ok(aero)
     }
 
-    /// A body without drag and lift.
+    /// Nothing: the state before parameters are known.
     #[must_use]
     pub const fn none() -> Self {
-        Self { constant: Some((0.0, 0.0)), by_mach: Table::empty() }
+        Self { constant: None, by_mach: Table::empty() }
     }
 
     /// Becomes [`Self::new`] in place.

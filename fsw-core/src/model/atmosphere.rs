@@ -53,17 +53,17 @@ impl Atmosphere {
     /// # Errors
     /// A density, scale height, temperature, gas constant or heat ratio that is not positive; rows that are not sorted.
     pub fn new(parameters: &AtmosphereParameters, rows: &[AtmosphereRow]) -> Result<Self, ModelError> {
-        let mut air = Self::vacuum();
+        let mut air = Self::none();
         air.set(parameters, rows)?;
         Ok(air)
     }
 
-    /// No air at all.
+    /// Nothing: the state before parameters are known.
     #[must_use]
-    pub const fn vacuum() -> Self {
+    pub const fn none() -> Self {
         let law =
-            Law::Exponential { density_kgpm3: 0.0, altitude_m: 0.0, per_scale_height_pm: 1.0, temperature_k: 1.0 };
-        Self { law, rows: Table::empty(), gas_constant_jpkgk: 1.0, sound_square_per_k: 1.0 }
+            Law::Exponential { density_kgpm3: 0.0, altitude_m: 0.0, per_scale_height_pm: 0.0, temperature_k: 0.0 };
+        Self { law, rows: Table::empty(), gas_constant_jpkgk: 0.0, sound_square_per_k: 0.0 }
     }
 
     /// Becomes [`Self::new`] in place.

@@ -123,7 +123,7 @@ impl OnboardModel {
                 lift_to_drag: 0.0,
                 trim_angle_of_attack_rad: 0.0,
             },
-            atmosphere: Atmosphere::vacuum(),
+            atmosphere: Atmosphere::none(),
             aero: Aerodynamics::none(),
             constants: Constants::new(&Planet { radius_m: 0.0, mu_m3ps2: 0.0, rotation_radps: 0.0, j2: 0.0 }, 0.0),
             nominal_densities: [0.0; DENSITY_NODES],

@@ -75,12 +75,12 @@ impl Navigator {
         Self {
             started: false,
             filtering: false,
-            nominal: Nominal::none(),
+            nominal: Nominal { attitude_bi: Rot::unset(), ..Nominal::none() },
             strapdown: Strapdown::new(),
             bridge: Bridge::NEW,
             filter: Filter::new(),
             sources: [const { SourceState::None }; MAX_SOURCES],
-            estimate: Estimate::none(),
+            estimate: Estimate { attitude_bi: Rot::unset(), ..Estimate::none() },
         }
     }
 

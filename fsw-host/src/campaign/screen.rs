@@ -73,7 +73,8 @@ fn misses(out: &mut String, s: &Summary) {
 }
 
 fn distribution(out: &mut String, name: &str, d: Option<&Distribution>, scale: f64, unit: &str) {
-    let Some(d) = d else { return };
+    // Ideal navigation has no errors to show.
+    let Some(d) = d.filter(|d| d.max > 0.0) else { return };
     let of = |v: f64| format!("{:>10.3}", v * scale);
     let cells = [d.p50, d.p90, d.p99, d.p999, d.max, d.mean].map(of).concat();
     let _ = writeln!(out, "  {name:<10} {unit:<4}{cells}");

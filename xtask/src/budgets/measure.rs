@@ -24,6 +24,8 @@ pub fn of_image(inspection: &Inspection) -> Figures {
     let mut figures = Figures::new();
     figures.insert("flash_bytes".into(), inspection.flash as f64);
     figures.insert(STATIC_RAM.into(), inspection.ram as f64);
+    let initial_values = inspection.sections.iter().filter(|section| section.ram > 0).map(|section| section.flash);
+    figures.insert("initial_value_bytes".into(), initial_values.sum::<u64>() as f64);
     for rule in Rule::ALL {
         figures.insert(rule.metric().into(), inspection.count(rule) as f64);
     }

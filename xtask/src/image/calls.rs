@@ -61,9 +61,9 @@ impl Graph {
     fn read(&mut self, image: &Image, function: usize, code: &[Instruction<'_>]) {
         let mut tracker = Tracker::new(image, &image.functions[function]);
         let (mut ended, mut previous) = (true, StackMove::None);
-        for instruction in code {
+        for (index, instruction) in code.iter().enumerate() {
             let (flow, moved) = match image.machine {
-                Machine::Thumb => (thumb::flow(instruction), thumb::stack_move(instruction)),
+                Machine::Thumb => (thumb::flow_within(code, index), thumb::stack_move(instruction)),
                 Machine::RiscV => (tracker.flow(instruction), riscv::stack_move(instruction)),
             };
             if !is_padding(instruction) {

@@ -7,6 +7,44 @@ use super::flow::{Flow, StackMove};
 const CONDITIONS: [&str; 16] =
     ["eq", "ne", "cs", "hs", "cc", "lo", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le"];
 
+/// Instructions before a jump into a table of branches in which its address is made, at most.
+const TABLE_PREPARATION: usize = 16;
+
+/// Where control goes from the instruction `index` of a function.
+pub fn flow_within(code: &[Instruction<'_>], index: usize) -> Flow {
+    match code.get(index).map_or(Flow::Straight, flow) {
+        // The branches of the table stand behind it as instructions of their own.
+        Flow::Unknown if enters_table(code, index) => Flow::Straight,
+        flow => flow,
+    }
+}
+
+/// Whether the jump goes into a table of branches right behind it, as a match of many arms does: `adr a, table`,
+/// `add b, a, arm, lsl #2`, `mov pc, b`. The compare before it bounds the arm, as with `tbb`.
+fn enters_table(code: &[Instruction<'_>], index: usize) -> bool {
+    let (Some(jump), Some(table)) = (code.get(index), code.get(index + 1)) else { return false };
+    let Some(entry) = jump.operands.strip_prefix("pc, ").filter(|_| jump.mnemonic == "mov") else { return false };
+    if table.mnemonic != "b.w" {
+        return false;
+    }
+    let before = || code[index.saturating_sub(TABLE_PREPARATION)..index].iter().rev();
+    let base = before().find(|i| is(i.mnemonic, "add") && writes(i, entry)).and_then(|add| {
+        let mut operands = add.operands.split(", ").skip(1);
+        let base = operands.next()?;
+        (operands.last()? == "lsl #2").then_some(base)
+    });
+    let address = base.and_then(|base| before().find(|i| is(i.mnemonic, "adr") && writes(i, base))).and_then(|adr| {
+        let offset = adr.operands.rsplit(", ").next().and_then(number)?;
+        Some(((adr.address + 4) & !3).wrapping_add_signed(offset))
+    });
+    address == Some(table.address)
+}
+
+/// Whether a register is the first operand.
+fn writes(instruction: &Instruction<'_>, register: &str) -> bool {
+    instruction.operands.split(',').next() == Some(register)
+}
+
 /// Where control goes from here.
 pub fn flow(instruction: &Instruction<'_>) -> Flow {
     let Instruction { mnemonic, operands, .. } = *instruction;
@@ -112,6 +150,21 @@ mod tests {
         assert_eq!(flow(&at("bx", "r3")), Flow::Unknown);
         assert_eq!(flow(&at("ldr.w", "pc, [r0, r1, lsl #2]")), Flow::Unknown);
         assert_eq!(flow(&at("mov", "pc, r2")), Flow::Unknown);
+    }
+
+    #[test]
+    fn a_jump_into_a_table_of_branches_behind_it_is_known_and_any_other_is_not() {
+        let code = |shift: &'static str, offset: &'static str| {
+            [(0x2ab8, "adr.w", offset), (0x2ac4, "add.w", shift), (0x2aca, "mov", "pc, r6"), (0x2acc, "b.w", "0x2f28")]
+                .map(|(address, mnemonic, operands)| Instruction { address, mnemonic, operands })
+        };
+        let known = code("r6, r1, r4, lsl #2", "r1, #0x10");
+        assert_eq!(flow_within(&known, 2), Flow::Straight);
+        assert_eq!(flow_within(&known, 3), Flow::Jump(vec![0x2f28]));
+        assert_eq!(flow_within(&code("r6, r1, r4, lsl #2", "r1, #0x14"), 2), Flow::Unknown);
+        assert_eq!(flow_within(&code("r6, r1, r4", "r1, #0x10"), 2), Flow::Unknown);
+        assert_eq!(flow_within(&code("r5, r1, r4, lsl #2", "r1, #0x10"), 2), Flow::Unknown);
+        assert_eq!(flow_within(&known[..3], 2), Flow::Unknown);
     }
 
     #[test]

@@ -107,7 +107,7 @@ impl Filter {
     pub const fn new() -> Self {
         Self {
             covariance: Covariance::none(),
-            window: Transition::none(),
+            window: Transition::unset(),
             window_noise: ProcessNoise::NONE,
             epoch: None,
             arriving: Queue::new(),

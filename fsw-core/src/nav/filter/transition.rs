@@ -55,6 +55,11 @@ impl Default for Transition {
 impl Transition {
     /// The transition over no time.
     pub const fn none() -> Self {
+        Self { density_decay: 1.0, ..Self::unset() }
+    }
+
+    /// All zero: stands where no window has begun yet.
+    pub(super) const fn unset() -> Self {
         let zero = Matrix3::from_array_storage(ArrayStorage([[0.0; 3]; 3]));
         Self {
             elapsed_s: 0.0,
@@ -66,7 +71,7 @@ impl Transition {
             gyro_scale: zero,
             velocity_from_gyro_bias: zero,
             velocity_from_gyro_scale: zero,
-            density_decay: 1.0,
+            density_decay: 0.0,
         }
     }
 }

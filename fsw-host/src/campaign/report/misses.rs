@@ -9,6 +9,8 @@ use crate::report::{Anchor, Axis, Figure, Ink, Layer, Mark, Panel, Point, number
 const RINGS_KM: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 /// Points of a drawn closed curve.
 const CORNERS: u32 = 120;
+/// Smaller misses are drawn as this one on logarithmic axes, km.
+const LEAST_KM: f64 = 1e-3;
 /// Share of the runs inside the ellipse.
 const ELLIPSE: f64 = 0.99;
 
@@ -100,7 +102,7 @@ fn ellipse(points: &[Point]) -> Option<Vec<Point>> {
 /// Shares of runs that miss by at most, and by more than, a distance; with pointwise 95 % bounds.
 fn distribution(misses: &[f64]) -> Figure {
     let (sorted, all) = (ascending(misses), misses.len() as u64);
-    let log = |km: f64| km.max(1e-4).log10();
+    let log = |km: f64| km.max(LEAST_KM).log10();
     let steps = steps(&sorted);
     let share = |hits: usize| wilson(hits as u64, all).unwrap_or_default();
     let line: Vec<Point> = steps.iter().map(|k| (log(sorted[*k]), share(k + 1).value)).collect();
@@ -141,7 +143,7 @@ fn steps(sorted: &[f64]) -> Vec<usize> {
 #[must_use]
 pub fn curve_of(sorted_km: &[f64], all: usize) -> Vec<Point> {
     let share = |k: usize| 100.0 * (k + 1) as f64 / all.max(1) as f64;
-    steps(sorted_km).into_iter().map(|k| (sorted_km[k].max(1e-4).log10(), share(k))).collect()
+    steps(sorted_km).into_iter().map(|k| (sorted_km[k].max(LEAST_KM).log10(), share(k))).collect()
 }
 
 /// The same runs flown with less to contend with.

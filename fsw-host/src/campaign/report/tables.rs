@@ -51,7 +51,8 @@ fn share_row(name: &str, share: Option<Share>) -> Markup {
 }
 
 fn distribution_rows(name: &str, distribution: Option<&Distribution>, digits: usize) -> Markup {
-    let Some(d) = distribution else { return html! {} };
+    // Ideal navigation has no errors to show.
+    let Some(d) = distribution.filter(|d| d.max > 0.0) else { return html! {} };
     let of = |v: f64| number(v, digits);
     let bound = |[low, high]: [Option<f64>; 2]| {
         let text = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), of);
