@@ -89,6 +89,9 @@ pub trait Probe {
 
     /// What was done so far belongs to no minor frame: the flight has not begun.
     fn nothing_done(&mut self);
+
+    /// The packet at hand is the first usable one of so many minor frames of the flight.
+    fn frames_passed(&mut self, _frames: u32) {}
 }
 
 /// A probe that measures nothing.
@@ -172,8 +175,9 @@ pub struct FrameMeter<C> {
     open: MeasuredCost,
     /// The dearest frame closed since the last [`FrameMeter::take`], without its slot `Receive`, which the frames share.
     closed: Option<MeasuredCost>,
-    /// Frames closed since then, and what receiving cost them together.
+    /// Frames closed since then, or passed without any that could be, and what receiving cost them together.
     closed_frames: u32,
+    passed_frames: u32,
     received: u32,
     frame_began: u32,
     slot_began: u32,
@@ -189,6 +193,7 @@ impl<C: Counter> FrameMeter<C> {
             open: MeasuredCost::NONE,
             closed: None,
             closed_frames: 0,
+            passed_frames: 0,
             received: 0,
             frame_began: 0,
             slot_began: 0,
@@ -225,7 +230,8 @@ impl<C: Counter> Meter for FrameMeter<C> {
 
     fn take(&mut self) -> Option<MeasuredCost> {
         let mut cost = self.closed.take()?;
-        let frames = core::mem::take(&mut self.closed_frames);
+        let (closed, passed) = (core::mem::take(&mut self.closed_frames), core::mem::take(&mut self.passed_frames));
+        let frames = if passed > closed { passed } else { closed };
         let share = core::mem::take(&mut self.received).checked_div(frames).unwrap_or(0);
         cost.whole = cost.whole.saturating_add(share);
         let [receive, ..] = &mut cost.slots;
@@ -277,6 +283,10 @@ impl<C: Counter> Probe for FrameMeter<C> {
         if self.closed.is_none_or(|dearest| frame.whole > dearest.whole) {
             self.closed = Some(frame);
         }
+    }
+
+    fn frames_passed(&mut self, frames: u32) {
+        self.passed_frames = frames;
     }
 
     fn nothing_done(&mut self) {
@@ -375,6 +385,20 @@ mod tests {
         meter.frame_done(); // 30: 10 of its own
         let cost = meter.take().unwrap();
         assert_eq!((cost.whole, cost.slots[SlotId::Receive as usize]), (15, 5));
+    }
+
+    #[test]
+    fn frames_that_passed_without_a_usable_packet_share_what_receiving_cost() {
+        let mut meter = FrameMeter::new(Ticks::default());
+        meter.resume();
+        meter.slot_done(SlotId::Receive); // 10
+        meter.pause(); // 20: nothing usable
+        meter.resume();
+        meter.slot_done(SlotId::Receive); // 10 more: 30 in all
+        meter.frames_passed(3);
+        meter.frame_done(); // 10 of its own
+        let cost = meter.take().unwrap();
+        assert_eq!((cost.whole, cost.slots[SlotId::Receive as usize]), (20, 10));
     }
 
     #[test]

@@ -5,7 +5,6 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
-use crate::budgets::Part;
 use crate::image::{self, TARGETS};
 use crate::{budgets, debian, flights, on_target, symbols};
 
@@ -85,7 +84,7 @@ fn programs(shell: &Shell) -> Result<()> {
 }
 
 fn budgets(shell: &Shell) -> Result<()> {
-    budgets::run(shell, Some(Part::Static), false)
+    budgets::run(shell, None, false)
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {

@@ -359,6 +359,7 @@ impl FlightComputer {
             rejects.early = rejects.early.saturating_add(1);
             return;
         }
+        probe.frames_passed(missing + 1);
         let rejects = &mut self.executive.rejects;
         let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
         rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
