@@ -64,6 +64,8 @@ fn core_debug(shell: &Shell) -> Result<()> {
 }
 
 fn tests(shell: &Shell) -> Result<()> {
+    // Some tests start the programs that users start.
+    flights::programs(shell)?;
     Ok(cmd!(shell, "cargo test --quiet --workspace --release --lib --bins --tests").quiet().run()?)
 }
 

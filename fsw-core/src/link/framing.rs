@@ -75,12 +75,12 @@ impl fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Why received bytes are no packet.
+/// Why received bytes are no packet. Numbered from one, so that "none of them" is zero: memory cleared at boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reject {
     /// More bytes than any frame has, without a delimiter.
-    Overflow,
+    Overflow = 1,
     /// The stuffing is inconsistent: the frame ends inside a block.
     Cobs,
     /// The checksum does not match, or the frame is too short to hold one.
