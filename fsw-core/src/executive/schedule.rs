@@ -35,10 +35,10 @@ pub const GUIDANCE_TELEMETRY_OFFSET: u32 = 0;
 /// The schedule, in the order of execution within a minor frame. Filter and guidance slice their own 10 Hz and 1 Hz
 /// work evenly over the frames, hence run in each of them.
 pub const SCHEDULE: [Slot; SLOT_COUNT] = [
-    Slot { id: SlotId::Receive, name: "receive", every: 1, offset: 0, budget: 26_000 },
+    Slot { id: SlotId::Receive, name: "receive", every: 1, offset: 0, budget: 30_000 },
     Slot { id: SlotId::Sensors, name: "sensors", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 20_000 },
-    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 28_000 },
+    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 24_000 },
     Slot { id: SlotId::Control, name: "control", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Fault, name: "fault", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Telemetry, name: "telemetry", every: 1, offset: 0, budget: 2_000 },
