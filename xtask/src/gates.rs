@@ -5,6 +5,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
+use crate::budgets::Part;
 use crate::image::{self, TARGETS};
 use crate::{budgets, debian, flights, on_target, symbols};
 
@@ -86,7 +87,7 @@ fn programs(shell: &Shell) -> Result<()> {
 }
 
 fn budgets(shell: &Shell) -> Result<()> {
-    budgets::run(shell, None, false)
+    budgets::run(shell, Some(Part::Static), false)
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {
