@@ -2,7 +2,7 @@
 //! waiting. A host, a test and a board run exactly this.
 
 use super::tick::{Executive, Outputs};
-use crate::link::framing::MAX_FRAME;
+use crate::link::framing::{FrameBytes, MAX_FRAME};
 use crate::link::packet::{
     Actuator, Command, CommandOutcome, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Hello, Imu, Injection,
     Mode, Pace, Refusal, RestartReport, Severity, Uplink,
@@ -43,6 +43,8 @@ pub struct FlightComputer {
     restarted: Slot<RestartReport>,
     restart: Restart,
     reports_cost: bool,
+    /// Where packets are encoded.
+    out: FrameBytes,
     /// Minor frame of the last answer to a command or greeting, and how many it has had.
     answered: (u32, u8),
 }
@@ -116,6 +118,7 @@ impl FlightComputer {
             restarted: Slot::Empty,
             restart: Restart::Refused,
             reports_cost: false,
+            out: [0; MAX_FRAME],
             answered: (0, 0),
         }
     }
@@ -418,9 +421,8 @@ impl FlightComputer {
     }
 
     fn send(&mut self, time: MissionTime, packet: &Downlink, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
-        let mut out = [0; MAX_FRAME];
-        // A packet always fits: the buffer is sized by the largest one.
-        if let Ok(bytes) = self.sender.encode(time, packet, &mut out) {
+        // A packet always fits: the room is sized by the largest one.
+        if let Ok(bytes) = self.sender.encode(time, packet, &mut self.out) {
             transmit(bytes);
         }
         probe.kernel_done(Kernel::Encode, 1);
