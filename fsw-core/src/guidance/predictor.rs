@@ -10,7 +10,7 @@
 //! alike (median 1620 against 1592 m, worst 4000 against 4033 m), but with the end point the bank comes too small at
 //! first and too large at last: median deploy altitude 5978 m, against 6442 m with the track.
 //!
-//! *Rehearsed*: what the flight will do, see [`Steering`](super::steering::Steering): reversals, turns of finite rate and acceleration, heading alignment. It ends
+//! *Rehearsed*: what the flight will do, see [`Steering`]: reversals, turns of finite rate and acceleration, heading alignment. It ends
 //! at the target, so the downrange of its end point is the error.
 
 use crate::frames::{PlanetFixed, Vec3};
