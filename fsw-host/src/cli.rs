@@ -314,7 +314,7 @@ pub struct ReplayArgs {
 /// Options of `wcet`.
 #[derive(Clone, Debug, Args)]
 pub struct WcetArgs {
-    /// Where the flight software runs: m7 or rv64 (emulated, instructions), or host (wall time).
+    /// Where the flight software runs: m7 or rv64 (emulated, instructions), or host (instructions by Callgrind, and wall time).
     #[arg(long, value_name = "WHERE", default_value = "m7")]
     pub target: WcetPlace,
     /// Image for the emulator to run; without it the workspace's own bench image is built.

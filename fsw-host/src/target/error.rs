@@ -42,6 +42,9 @@ pub enum TargetError {
         /// The target.
         triple: &'static str,
     },
+    /// Instructions of this machine cannot be counted.
+    #[error("instructions of this machine are not counted: `sudo apt-get install {0}` installs what that needs")]
+    NoCallgrind(&'static str),
     /// The image does not build.
     #[error("the image `{image}` for {triple} cannot be built; cargo says:\n{said}")]
     Build {

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::{Target, TargetError};
 
 /// The profile of everything that flies.
-const PROFILE: &str = "flight";
+pub const PROFILE: &str = "flight";
 
 /// A linked program for a target.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ fn build_failure(target: Target, image: &str, output: &Output) -> TargetError {
 }
 
 /// The executable that cargo's messages name for a binary.
-fn executable(messages: &[u8], image: &str) -> Option<PathBuf> {
+pub(crate) fn executable(messages: &[u8], image: &str) -> Option<PathBuf> {
     #[derive(Deserialize)]
     struct Message {
         target: Option<Built>,

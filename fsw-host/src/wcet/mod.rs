@@ -4,6 +4,7 @@
 //! each of its minor frames as it goes.
 
 mod bar;
+pub mod callgrind;
 mod cycles;
 pub mod flights;
 pub mod host;
@@ -58,6 +59,18 @@ pub struct Report {
     /// Tables of the estimate of cycles, for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycles: Option<String>,
+    /// Beside the instructions of the host, its wall time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_time: Option<WallTime>,
+}
+
+/// The table by the wall clock.
+#[derive(Clone, Debug, Serialize)]
+pub struct WallTime {
+    /// What a figure is, in words.
+    pub unit: String,
+    /// The table.
+    pub rows: Vec<Row>,
 }
 
 /// A flight of the report.
@@ -123,16 +136,26 @@ pub fn run(args: &WcetArgs) -> Result<bool, HostError> {
     Ok(!report.rows.iter().any(Row::is_over))
 }
 
-/// Wall time in this process.
+/// Instructions counted by Callgrind, and wall time in this process.
 fn on_host(args: &WcetArgs, visible: bool) -> Result<bool, HostError> {
     if args.image.is_some() || args.cycles || args.search.is_some() {
         return Err(HostError::Option("--image, --cycles and --search are for --target m7 or rv64".into()));
     }
     let flights = hard_flights()?;
+    let bench = callgrind::Bench::build().inspect_err(|missing| eprintln!("aeroshell: {missing}"));
     let bar = Bar::new(visible, flights.len());
-    let flown = host::measure(&flights, &INTERRUPTED, &bar)?;
+    let counted = bench.map(|bench| bench.measure(&flights, &INTERRUPTED, &bar)).ok().transpose()?;
+    let timed = host::measure(&flights, &INTERRUPTED, &bar)?;
     drop(bar);
-    publish(args, &report(None, host::GRANULARITY, None, &flown))?;
+    let wall = report(None, host::GRANULARITY, None, &timed);
+    let report = match counted {
+        None => wall,
+        Some(counted) => Report {
+            wall_time: Some(WallTime { unit: wall.unit, rows: wall.rows }),
+            ..report(None, callgrind::GRANULARITY, None, &counted)
+        },
+    };
+    publish(args, &report)?;
     Ok(true)
 }
 
@@ -178,7 +201,7 @@ fn report(place: Option<Target>, unit: &str, image_sha256: Option<String>, flown
     let metrics = if place.is_some() { table::metrics(flown, &rows) } else { BTreeMap::new() };
     let flights = flown.iter().map(summary).collect();
     let target = place.map_or("host", |target| target.name()).to_owned();
-    Report { target, unit: unit.to_owned(), image_sha256, metrics, rows, flights, cycles: None }
+    Report { target, unit: unit.to_owned(), image_sha256, metrics, rows, flights, cycles: None, wall_time: None }
 }
 
 fn summary(flown: &Flown) -> FlightSummary {
@@ -241,6 +264,9 @@ fn text_of(report: &Report) -> String {
         if let Some(Uneven { ratio, worst_frame, time_s, slots }) = &flight.uneven {
             frame_line(&mut text, &format!("{:<22} {ratio:.2}", flight.name), *worst_frame, *time_s, slots);
         }
+    }
+    if let Some(WallTime { unit, rows }) = &report.wall_time {
+        let _ = write!(text, "\n{unit}\n\n{}", table::text(rows));
     }
     if let Some(cycles) = &report.cycles {
         text.push('\n');
