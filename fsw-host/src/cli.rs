@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::sweep::Range;
 use crate::target::Target;
+use crate::wcet::args::WcetArgs;
 
 /// Flies Mars entries with the flight software of this repository. Without a command it flies the scenario `msl`.
 #[derive(Debug, Parser)]
@@ -311,53 +312,6 @@ pub struct ReplayArgs {
     pub quiet: bool,
 }
 
-/// Options of `wcet`.
-#[derive(Clone, Debug, Args)]
-pub struct WcetArgs {
-    /// Where the flight software runs: m7 or rv64 (emulated, instructions), or host (instructions by Callgrind, and wall time).
-    #[arg(long, value_name = "WHERE", default_value = "m7")]
-    pub target: WcetPlace,
-    /// Image for the emulator to run; without it the workspace's own bench image is built.
-    #[arg(long, value_name = "FILE")]
-    pub image: Option<PathBuf>,
-    /// Estimates cycles too, from executed blocks; for m7.
-    #[arg(long)]
-    pub cycles: bool,
-    /// Searches for a worse frame with this many flights, and writes the worst found as worst-frame.toml to --out.
-    #[arg(long, value_name = "N", requires = "out")]
-    pub search: Option<usize>,
-    /// Seed of the search.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Folder for wcet.txt and wcet.json; files of an earlier run are replaced.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Prints a machine-readable report.
-    #[arg(long)]
-    pub json: bool,
-    /// Prints nothing but errors and broken budgets.
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-/// Where execution cost is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WcetPlace {
-    /// In this process.
-    Host,
-    /// On an emulated processor.
-    Emulated(Target),
-}
-
-impl FromStr for WcetPlace {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let expected = |_| "expected host, m7 or rv64".to_owned();
-        if text == "host" { Ok(Self::Host) } else { text.parse().map(Self::Emulated).map_err(expected) }
-    }
-}
-
 /// The commands about scenarios.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ScenarioCommand {
@@ -480,7 +434,7 @@ impl fmt::Display for ComputerPlace {
     }
 }
 
-fn is_device_and_baud(line: &str) -> bool {
+pub(crate) fn is_device_and_baud(line: &str) -> bool {
     line.rsplit_once(':').is_some_and(|(device, baud)| !device.is_empty() && baud.parse::<u32>().is_ok_and(|b| b > 0))
 }
 

@@ -14,7 +14,7 @@ const PROGRAMS: [(&str, &str); 3] =
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 16] = [
+const GATES: [Gate; 17] = [
     ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
@@ -30,6 +30,7 @@ const GATES: [Gate; 16] = [
     ("flights against a simulator in a process of its own", flights::separate_processes),
     ("every mode, the same bits", on_target::modes),
     ("images that fail on purpose", on_target::failures),
+    ("cost over a board's line", on_target::costs),
     ("flights on both processors", on_target::flights),
 ];
 

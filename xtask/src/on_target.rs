@@ -32,6 +32,11 @@ pub fn failures(shell: &Shell) -> Result<()> {
     tests(shell, "failures::", "2")
 }
 
+/// What a board reports over its line that its frames cost.
+pub fn costs(shell: &Shell) -> Result<()> {
+    tests(shell, "costs::", "1")
+}
+
 fn tests(shell: &Shell, module: &str, threads: &str) -> Result<()> {
     // The whole workspace, so that what the tests before have built is taken as it is.
     let cargo = ["--quiet", "--workspace", "--release", "--test", "on_target"];

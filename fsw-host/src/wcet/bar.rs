@@ -21,6 +21,11 @@ impl Bar {
         self.0.set_message(what.to_owned());
         self.0.tick();
     }
+
+    /// Says something that the user has to do or know, above the bar; also when the bar is hidden.
+    pub fn tell(&self, what: &str) {
+        self.0.suspend(|| eprintln!("aeroshell: {what}"));
+    }
 }
 
 impl Drop for Bar {

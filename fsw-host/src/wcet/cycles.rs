@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use fsw_core::time::{FRAME, FRAMES_PER_SECOND};
 
-use super::Report;
 use super::bar::Bar;
 use super::flights::HardFlight;
 use super::ledger::FlightCost;
-use super::table::{Flown, Row};
+use super::report::Report;
+use super::table::{FRAME_CYCLES, Flown, Row};
 use super::target::flown;
 use super::uplink::record;
 use crate::cycles::{CycleReport, Estimator, tools};
@@ -17,8 +17,6 @@ use crate::error::HostError;
 use crate::target::Target;
 use crate::target::bench::Bench;
 
-/// Budget of a minor frame, cycles: a fifth of 20 ms at 100 MHz.
-const CYCLE_BUDGET: f64 = 400_000.0;
 /// Frames that are none of the flight: what went before the first one is in it.
 const SET_UP_FRAMES: usize = 1;
 /// Functions shown of the worst frame.
@@ -71,7 +69,7 @@ impl Estimate {
         let Some((flight, worst)) = self.worst.as_ref().filter(|_| !self.frames.is_empty()) else { return };
         let middle = self.frames.len() / 2;
         let median = *self.frames.select_nth_unstable(middle).1 as f64;
-        let maximum = worst.worst().cycles as f64;
+        let (maximum, budget) = (worst.worst().cycles as f64, f64::from(FRAME_CYCLES));
         let frame = worst.worst_frame.unwrap_or_default();
         report.metrics.insert("worst_frame_cycles".into(), maximum);
         report.rows.push(Row {
@@ -79,8 +77,8 @@ impl Estimate {
             count: self.frames.len(),
             median,
             maximum,
-            budget: Some(CYCLE_BUDGET),
-            margin: Some(1.0 - maximum / CYCLE_BUDGET),
+            budget: Some(budget),
+            margin: Some(1.0 - maximum / budget),
             flight: flight.clone(),
             // Measured frames follow each other; where some were bridged this is early by them.
             time_s: (frame + SET_UP_FRAMES + 1) as f64 * FRAME.as_s(),

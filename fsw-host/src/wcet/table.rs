@@ -30,6 +30,41 @@ const EVALUATIONS_PER_STEP: u32 = 4;
 /// Most predictor calls of a guidance cycle.
 const CALLS_BUDGET: f64 = 4.0;
 
+/// Budget of a minor frame, cycles: a fifth of 20 ms at 100 MHz.
+pub const FRAME_CYCLES: u32 = 400_000;
+
+/// What figures are held against. What counts calls and evaluations has the same budget in any unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Budgets {
+    /// Nothing: wall time, or a counter of which nobody said what it counts.
+    None,
+    /// The cycles that a minor frame may take.
+    Cycles,
+    /// The budgets of the schedule, and that of an evaluation where the processor is known.
+    Instructions(Option<Target>),
+}
+
+impl Budgets {
+    const fn in_instructions(self) -> bool {
+        matches!(self, Self::Instructions(_))
+    }
+
+    fn frame(self) -> Option<f64> {
+        match self {
+            Self::None => None,
+            Self::Cycles => Some(f64::from(FRAME_CYCLES)),
+            Self::Instructions(_) => Some(f64::from(FRAME_BUDGET)),
+        }
+    }
+
+    fn evaluation(self) -> Option<f64> {
+        match self {
+            Self::Instructions(Some(target)) => Some(f64::from(evaluation_budget(target))),
+            _ => None,
+        }
+    }
+}
+
 /// A flight and what it cost.
 #[derive(Clone, Debug)]
 pub struct Flown {
@@ -102,10 +137,10 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// The table of a set of flights. Budgets are in instructions of a target; wall time, without one, has none.
+/// The table of a set of flights.
 #[must_use]
-pub fn rows(flights: &[Flown], target: Option<Target>) -> Vec<Row> {
-    let budgeted = target.is_some();
+pub fn rows(flights: &[Flown], budgets: Budgets) -> Vec<Row> {
+    let budgeted = budgets.in_instructions();
     let mut rows: Vec<Option<Row>> = Vec::new();
     let budget = |budget: u32| budgeted.then_some(f64::from(budget));
     for slot in &SCHEDULE {
@@ -113,7 +148,7 @@ pub fn rows(flights: &[Flown], target: Option<Target>) -> Vec<Row> {
         rows.push(Samples::of(cost).row(format!("slot {}", slot.name), budget(slot.budget)));
     }
     let whole = frames(flights).map(|(name, f)| (f64::from(f.whole), name, f.time_s()));
-    rows.push(Samples::of(whole).row("whole frame", budget(FRAME_BUDGET)));
+    rows.push(Samples::of(whole).row("whole frame", budgets.frame()));
     let seconds = || flights.iter().flat_map(|flown| flown.cost.seconds().map(|second| (flown.name.as_str(), second)));
     let sums = seconds().map(|(name, second)| {
         let sum: u64 = second.iter().map(|frame| u64::from(frame.whole)).sum();
@@ -125,11 +160,11 @@ pub fn rows(flights: &[Flown], target: Option<Target>) -> Vec<Row> {
         Some((evenness(second)?, name, worst.time_s()))
     });
     rows.push(Samples::of(ratios).row("worst frame / mean", Some(EVENNESS_BUDGET).filter(|_| budgeted)));
-    rows.extend(algorithms(flights, target));
+    rows.extend(algorithms(flights, budgets));
     rows.into_iter().flatten().collect()
 }
 
-fn algorithms(flights: &[Flown], target: Option<Target>) -> Vec<Option<Row>> {
+fn algorithms(flights: &[Flown], budgets: Budgets) -> Vec<Option<Row>> {
     let per_unit = |kernel: Kernel, units: u32| {
         let kernel = kernel as usize;
         Samples::of(frames(flights).filter(move |(_, f)| f.units[kernel] > 0).map(move |(name, f)| {
@@ -166,15 +201,15 @@ fn algorithms(flights: &[Flown], target: Option<Target>) -> Vec<Option<Row>> {
     let evaluations = cycles().map(|(name, c)| (f64::from(c.evaluations), name, time_s(c.frame)));
     rows.push(Samples::of(evaluations).row("evaluations / cycle", Some(f64::from(MAX_EVALUATIONS))));
     rows.push(per_unit(Kernel::Encode, 1).row("packet encode", None));
-    if let (Some(target), Some(evaluation)) = (target, mean_evaluation(flights)) {
-        let budget = f64::from(evaluation_budget(target));
+    if let Some(evaluation) = mean_evaluation(flights) {
+        let budget = budgets.evaluation();
         rows.push(Some(Row {
             name: "predictor evaluation, mean".into(),
             count: 1,
             median: evaluation,
             maximum: evaluation,
-            budget: Some(budget),
-            margin: Some(1.0 - evaluation / budget),
+            budget,
+            margin: budget.map(|budget| 1.0 - evaluation / budget),
             flight: "all with the default model".into(),
             time_s: 0.0,
         }));
@@ -193,10 +228,16 @@ fn mean_evaluation(flights: &[Flown]) -> Option<f64> {
     (evaluations > 0).then(|| cost as f64 / evaluations as f64)
 }
 
-/// Figures by the names of `firmware/budgets.toml`.
+/// Figures by the names of `firmware/budgets.toml`, which are those of instructions; in another unit there is only the
+/// stack.
 #[must_use]
-pub fn metrics(flights: &[Flown], rows: &[Row]) -> BTreeMap<String, f64> {
+pub fn metrics(flights: &[Flown], rows: &[Row], budgets: Budgets) -> BTreeMap<String, f64> {
     let mut metrics = BTreeMap::new();
+    let stack = flights.iter().map(|flown| flown.cost.stack_high_water_bytes).max().filter(|bytes| *bytes > 0);
+    metrics.extend(stack.map(|bytes| ("stack_high_water_bytes".to_owned(), f64::from(bytes))));
+    if !budgets.in_instructions() {
+        return metrics;
+    }
     let maximum = |name: &str| rows.iter().find(|row| row.name == name).map(|row| row.maximum);
     let named = [
         ("worst_frame_instructions", "whole frame"),
@@ -212,8 +253,6 @@ pub fn metrics(flights: &[Flown], rows: &[Row]) -> BTreeMap<String, f64> {
         metrics.extend(maximum(&format!("slot {}", slot.name)).map(|value| (format!("slot.{}", slot.name), value)));
     }
     metrics.extend(mean_evaluation(flights).map(|v| ("predictor_instructions_per_evaluation".to_owned(), v)));
-    let stack = flights.iter().map(|flown| flown.cost.stack_high_water_bytes).max().filter(|bytes| *bytes > 0);
-    metrics.extend(stack.map(|bytes| ("stack_high_water_bytes".to_owned(), f64::from(bytes))));
     metrics
 }
 
@@ -265,13 +304,15 @@ mod tests {
         Flown { name: name.into(), default_model: true, cost }
     }
 
+    const M7: Budgets = Budgets::Instructions(Some(Target::M7));
+
     fn row<'a>(rows: &'a [Row], name: &str) -> &'a Row {
         rows.iter().find(|row| row.name == name).unwrap()
     }
 
     #[test]
     fn a_row_has_count_median_maximum_margin_and_the_first_place_of_the_maximum() {
-        let rows = rows(&[flown("a", &[10, 40, 20]), flown("b", &[40, 30])], Some(Target::M7));
+        let rows = rows(&[flown("a", &[10, 40, 20]), flown("b", &[40, 30])], M7);
         let whole = row(&rows, "whole frame");
         assert_eq!((whole.count, whole.median, whole.maximum), (5, 30.0, 40.0));
         assert_eq!((whole.flight.as_str(), whole.time_s), ("a", 0.04));
@@ -284,16 +325,31 @@ mod tests {
 
     #[test]
     fn a_frame_beyond_the_budget_is_told() {
-        let rows = rows(&[flown("a", &[100_001])], Some(Target::M7));
+        let rows = rows(&[flown("a", &[100_001])], M7);
         assert!(row(&rows, "whole frame").is_over());
-        let free = super::rows(&[flown("a", &[100_001])], None);
+        let free = super::rows(&[flown("a", &[100_001])], Budgets::None);
         assert!(free.iter().all(|row| !row.is_over()), "wall time has no budget");
+    }
+
+    #[test]
+    fn cycles_are_held_against_cycles_and_no_other_unit_has_the_names_of_instructions() {
+        let flights = [flown("a", &[100_001; 50])];
+        let cycles = rows(&flights, Budgets::Cycles);
+        assert!(cycles.iter().all(|row| !row.is_over()));
+        let held: Vec<_> = cycles.iter().filter(|row| row.budget.is_some()).map(|row| row.name.as_str()).collect();
+        assert_eq!(held, ["whole frame"]);
+        assert!(row(&rows(&[flown("a", &[400_001])], Budgets::Cycles), "whole frame").is_over());
+        let named = metrics(&flights, &cycles, Budgets::Cycles);
+        assert_eq!(named.into_iter().collect::<Vec<_>>(), [("stack_high_water_bytes".to_owned(), 900.0)]);
+        let unknown = rows(&flights, Budgets::Instructions(None));
+        assert_eq!(row(&unknown, "predictor evaluation, mean").budget, None);
+        assert!(row(&unknown, "whole frame").is_over());
     }
 
     #[test]
     fn metrics_have_the_names_of_the_budgets() {
         let flights = [flown("a", &[100; 100]), flown("b", &[400; 60])];
-        let metrics = metrics(&flights, &rows(&flights, Some(Target::M7)));
+        let metrics = metrics(&flights, &rows(&flights, M7), M7);
         assert_eq!(metrics["worst_frame_instructions"], 400.0);
         assert_eq!(metrics["worst_second_instructions"], 20_000.0);
         assert_eq!((metrics["evenness"], metrics["stack_high_water_bytes"]), (1.0, 900.0));

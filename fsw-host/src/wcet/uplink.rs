@@ -29,7 +29,7 @@ pub struct Recording {
 /// # Errors
 /// The scenario cannot be flown.
 pub fn record(flight: &HardFlight) -> Result<Recording, HostError> {
-    let mut keeper = Keeper(asked_for_cost());
+    let mut keeper = Keeper(greeting_and(Command::ReportCost { on: true }));
     let record = fly_watched(&flight.scenario, flight.id, &mut LocalComputer::default(), &mut keeper)?;
     if let End::Failed(reason) = &record.end {
         return Err(HostError::Option(format!("the flight \"{}\" failed: {reason}", flight.name)));
@@ -37,11 +37,11 @@ pub fn record(flight: &HardFlight) -> Result<Recording, HostError> {
     Ok(Recording { log: keeper.0, end: record.end })
 }
 
-/// A greeting and the command to report costs. The log that follows begins with a greeting of its own, which begins the
+/// A greeting and a command, numbered from zero. A log that follows begins with a greeting of its own, which begins the
 /// numbering anew, so that nothing in it has to be numbered again.
-fn asked_for_cost() -> Vec<u8> {
+pub(super) fn greeting_and(command: Command) -> Vec<u8> {
     let (mut sender, mut room) = (Sender::new(), [0; MAX_FRAME]);
-    let packets = [Uplink::Hello(Hello::ours(BUILD_ID)), Uplink::Command(Command::ReportCost { on: true })];
+    let packets = [Uplink::Hello(Hello::ours(BUILD_ID)), Uplink::Command(command)];
     // Every packet fits its own maximum size.
     let mut bytes = |packet| sender.encode(MissionTime::ZERO, &packet, &mut room).unwrap_or_default().to_vec();
     packets.into_iter().flat_map(&mut bytes).collect()

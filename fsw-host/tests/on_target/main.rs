@@ -4,6 +4,7 @@
 //! `cargo xtask test` installs what they need and runs them.
 #![cfg(target_os = "linux")]
 
+mod costs;
 mod failures;
 mod flights;
 mod modes;

@@ -42,9 +42,9 @@ pub const TARGETS: [Target; 2] = [
 
 /// The image that flies.
 const FLIGHT: &str = "flight";
-/// It, the one that replays, and those that fail on purpose.
-pub const IMAGES: [&str; 7] =
-    [FLIGHT, "bench", "fail_panic", "fail_fault", "fail_stack", "fail_watchdog", "fail_overrun"];
+/// It, the one that is measured, the one that replays, and those that fail on purpose.
+pub const IMAGES: [&str; 8] =
+    [FLIGHT, "measure", "bench", "fail_panic", "fail_fault", "fail_stack", "fail_watchdog", "fail_overrun"];
 
 /// What the firmware calls the stack of its handlers.
 const HANDLER_STACK: &str = "::FAILURE_STACK";
