@@ -1,7 +1,7 @@
 //! Replay: the recorded uplink of a flight goes to a fresh flight computer, and every byte it answers is compared.
 //!
-//! Outside the comparison: the build identity in `Hello`, and the measured cost and stack use in `HealthTlm`, which
-//! belong to the machine and not to the flight.
+//! Outside the comparison: the build identity in `Hello`, and the measured cost, the overruns it shows and the stack
+//! use in `HealthTlm`, which belong to the machine and not to the flight.
 
 mod comparison;
 
@@ -218,7 +218,8 @@ mod tests {
     }
 
     fn health(cost: u32, frames: u32) -> Vec<u8> {
-        let health = HealthTlm { worst_cost: [cost; 8], worst_frame: cost, frames, ..HealthTlm::default() };
+        let health =
+            HealthTlm { worst_cost: [cost; 8], worst_frame: cost, slips: cost as u16, frames, ..HealthTlm::default() };
         encoded(3, Downlink::HealthTlm(health))
     }
 

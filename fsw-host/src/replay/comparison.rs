@@ -48,6 +48,8 @@ fn comparable(mut frame: Frame<Downlink>) -> Frame<Downlink> {
             let blank = HealthTlm::default();
             health.worst_cost = blank.worst_cost;
             health.worst_frame = blank.worst_frame;
+            // Those that were ordered show in their events; the others were measured.
+            health.slips = blank.slips;
             health.stack_high_water_bytes = blank.stack_high_water_bytes;
         }
         _ => {}
