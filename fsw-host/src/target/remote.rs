@@ -22,6 +22,9 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const GREETING_PATIENCE: Duration = Duration::from_millis(500);
 /// Silence on a line that can lose bytes after which an answer counts as lost and the flight goes on.
 const LOSS_PATIENCE: Duration = Duration::from_secs(1);
+/// Silence after which a board that has just been greeted has said all, and the most pieces that it may say it in.
+const SETTLING: Duration = Duration::from_millis(50);
+const SETTLING_CHUNKS: usize = 100;
 /// Pieces in which silence is waited for, so that an interrupt is noticed.
 const STEP: Duration = Duration::from_millis(200);
 
@@ -33,7 +36,7 @@ pub struct RemoteComputer {
     emulator: Option<Qemu>,
     interrupt: &'static AtomicBool,
     acknowledges: Acknowledges,
-    restarts: Restarts,
+    session: Session,
     /// Delimiters sent that were not acknowledged yet.
     owed: usize,
     /// The board has answered once, and nothing sent before that is outstanding any more.
@@ -53,7 +56,7 @@ impl RemoteComputer {
             emulator: None,
             interrupt,
             acknowledges: Acknowledges::default(),
-            restarts: Restarts::default(),
+            session: Session::default(),
             owed: 0,
             in_step: false,
             heard: None,
@@ -80,7 +83,7 @@ impl RemoteComputer {
         self.owed = 0;
         self.in_step = false;
         self.heard = None;
-        self.restarts = Restarts::default();
+        self.session = Session::default();
     }
 
     fn lost(&mut self, error: &io::Error) -> ComputerError {
@@ -96,15 +99,34 @@ impl RemoteComputer {
     fn listen(&mut self, wait: Duration, from_computer: &mut Vec<u8>) -> Result<bool, ComputerError> {
         let mut buffer = [0u8; 4096];
         let n = self.stream.read_some(&mut buffer, wait).map_err(|e| self.lost(&e))?;
-        let before = from_computer.len();
-        self.owed = self.owed.saturating_sub(self.acknowledges.take_out(&buffer[..n], from_computer));
-        if let Some(report) = self.restarts.listen(&from_computer[before..]) {
-            return Err(ComputerError::Restarted { place: self.place.clone(), report });
-        }
         if n > 0 {
             self.heard = Some(Instant::now());
         }
+        for piece in buffer[..n].split_inclusive(|byte| *byte == DELIMITER) {
+            let before = from_computer.len();
+            let acknowledged = self.acknowledges.take_out(piece, from_computer);
+            if let Some(report) = self.session.listen(&from_computer[before..]) {
+                return Err(ComputerError::Restarted { place: self.place.clone(), report });
+            }
+            // What comes before the answer to the greeting acknowledges packets of an earlier session.
+            if self.session.greeted {
+                self.owed = self.owed.saturating_sub(acknowledged);
+            }
+        }
         Ok(n > 0)
+    }
+
+    /// After the first answer: takes what the board still acknowledges. One that has restarted may have found the end of an
+    /// earlier session's packet in front of the greeting, and answers both before it acknowledges either.
+    fn settle(&mut self, from_computer: &mut Vec<u8>) -> Result<(), ComputerError> {
+        for _ in 0..SETTLING_CHUNKS {
+            if !self.listen(SETTLING, from_computer)? {
+                break;
+            }
+        }
+        self.owed = 0;
+        self.in_step = true;
+        Ok(())
     }
 
     /// What silence means after it has lasted so long: go on waiting, give this answer up, or give the board up.
@@ -163,26 +185,29 @@ impl ComputerEnd for RemoteComputer {
                 break;
             }
         }
-        if from_computer.len() > before && self.owed == 0 {
-            self.in_step = true;
+        if from_computer.len() > before && self.owed == 0 && !self.in_step {
+            self.settle(from_computer)?;
         }
         Ok(())
     }
 }
 
-/// Notices a restart that the session does not survive.
+/// What the board says of the session: its beginning, and a restart that it does not survive.
 #[derive(Default)]
-struct Restarts {
+struct Session {
     tap: Tap<Downlink>,
+    /// The board has answered a greeting.
+    greeted: bool,
     /// The board has obeyed commands: a restart from now on loses them. Before, it tells of one of long ago.
     obeys: bool,
 }
 
-impl Restarts {
+impl Session {
     fn listen(&mut self, bytes: &[u8]) -> Option<RestartReport> {
-        let (mut report, obeys) = (None, &mut self.obeys);
+        let (mut report, obeys, greeted) = (None, &mut self.obeys, &mut self.greeted);
         self.tap.feed(bytes, |_, heard| match heard {
             Heard::Packet(frame) => match frame.packet {
+                Downlink::Hello(_) => *greeted = true,
                 Downlink::CommandReply(_) => *obeys = true,
                 Downlink::Event(event) => {
                     if let (EventKind::Restarted(found), true) = (event.kind, *obeys) {

@@ -132,6 +132,36 @@ fn greetings_that_nobody_heard_are_owed_no_answer() {
 }
 
 #[test]
+fn acknowledges_left_over_from_an_earlier_session_are_not_taken_for_answers() {
+    let port = Listener::bind("127.0.0.1:0").unwrap();
+    let address = port.local_address().unwrap().to_string();
+    let _thread = std::thread::spawn(move || {
+        let mut stream = port.accept().unwrap();
+        stream.write_all(&[DELIMITER; 3]).unwrap();
+        // Some stand before the first word of the answer, and some behind it.
+        let (mut flight, mut buffer) = (Box::new(FlightComputer::new(7)), [0u8; 100]);
+        let mut left_over = [DELIMITER; 2].as_slice();
+        while let Ok(n) = stream.read_some(&mut buffer, Duration::from_secs(5)) {
+            let mut answer = Vec::new();
+            flight.receive(&buffer[..n], |bytes| answer.extend_from_slice(bytes));
+            answer.extend(buffer[..n].iter().filter(|byte| **byte == DELIMITER));
+            answer.extend(std::mem::take(&mut left_over));
+            if stream.write_all(&answer).is_err() {
+                return;
+            }
+        }
+    });
+    let (mut computer, mut sender) = (computer(Tcp::connect(&address).unwrap()), Sender::new());
+    // They are in the line before the first word.
+    std::thread::sleep(SHORT);
+    for _ in 0..3 {
+        let mut answer = Vec::new();
+        computer.exchange(&hello(&mut sender), &mut answer, None).unwrap();
+        assert!(!answer.is_empty() && computer.owed == 0);
+    }
+}
+
+#[test]
 fn a_board_that_falls_silent_is_given_up_after_the_patience() {
     let (stream, _thread) = board(|delimiter| if delimiter <= 40 { Does::Answer } else { Does::Sleep });
     let (record, _) = fly(&mut computer(stream));
