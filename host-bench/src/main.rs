@@ -6,10 +6,9 @@ use std::io::{self, StdinLock, Write};
 use std::process::ExitCode;
 
 use fsw_core::executive::FlightComputer;
-use fsw_core::link::framing::DELIMITER;
 use fsw_core::link::packet::Mode;
 use fsw_core::probe::{Counter, FrameMeter, Meter};
-use host_bench::{ASK, ASK_FOR_END, instructions};
+use host_bench::{ASK, ASK_FOR_END, end_of_read, instructions};
 use valgrind_requests::{callgrind, valgrind};
 
 fn main() -> ExitCode {
@@ -25,20 +24,25 @@ fn main() -> ExitCode {
 /// Room for what comes down the link, per byte that went up: a vector that grows would be in the figures.
 const ROOM: usize = 16;
 
-/// Flies a log, one received packet after the other, as a board does.
+/// Flies a log as a board does: what a read brings up to its last delimiter is served at once, span by span.
 fn fly(log: &[u8], meter: &mut FrameMeter<Instructions>) -> Vec<u8> {
     let (mut computer, mut answer) = (Box::new(FlightComputer::new(0)), Vec::with_capacity(ROOM * log.len()));
-    for packet in log.split_inclusive(|byte| *byte == DELIMITER) {
-        meter.resume();
-        computer.receive_probed(packet, meter, |bytes| answer.extend_from_slice(bytes));
-        meter.pause();
-        meter.counter_mut().stop();
-        if computer.executive().mode() == Mode::Standby {
-            meter.discard();
-        }
-        if let Some(cost) = meter.take() {
-            computer.enter_cost(cost);
-            computer.report_cost(|bytes| answer.extend_from_slice(bytes));
+    let mut unread = log;
+    while !unread.is_empty() {
+        let (mut read, behind) = unread.split_at(end_of_read(unread));
+        unread = behind;
+        while !read.is_empty() {
+            meter.resume();
+            computer.take_probed(&mut read, meter, |bytes| answer.extend_from_slice(bytes));
+            meter.pause();
+            meter.counter_mut().stop();
+            if computer.executive().mode() == Mode::Standby {
+                meter.discard();
+            }
+            if let Some(cost) = meter.take() {
+                computer.enter_cost(cost);
+                computer.report_cost(|bytes| answer.extend_from_slice(bytes));
+            }
         }
     }
     answer

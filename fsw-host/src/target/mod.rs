@@ -8,7 +8,7 @@ mod board_log;
 mod computer;
 mod error;
 pub mod image;
-mod qemu;
+pub(crate) mod qemu;
 mod remote;
 
 use std::fmt;

@@ -88,7 +88,7 @@ impl Drop for Qemu {
 
 /// A process group of its own, so that Ctrl-C reaches us first; and the end of this process is its end too, even when
 /// nothing of this program runs any more to say so.
-fn bind_to_this_process(command: &mut Command) {
+pub(crate) fn bind_to_this_process(command: &mut Command) {
     #[cfg(unix)]
     {
         use std::os::unix::process::CommandExt;

@@ -21,6 +21,7 @@ use super::uplink::record;
 use crate::error::HostError;
 use crate::target::TargetError;
 use crate::target::image::{PROFILE, executable, workspace};
+use crate::target::qemu::bind_to_this_process;
 
 /// What the figures are, in words.
 pub const GRANULARITY: &str = "instructions of this machine, not cycles: counted by Callgrind, the same at every \
@@ -108,6 +109,7 @@ impl Bench {
         // quicker. Functions of shared libraries are found before the flight, not in the middle of a frame.
         command.args(["--fn-skip=*fsw_core*", "--fn-skip=*host_bench*"]).env("LD_BIND_NOW", "1");
         command.arg(&self.0).arg(uplink);
+        bind_to_this_process(&mut command);
         command.stdin(status).stderr(log).stdout(fs::File::create(answer)?).spawn()
     }
 }
