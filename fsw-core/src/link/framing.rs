@@ -156,8 +156,8 @@ fn seal(payload: usize, out: &mut FrameBytes) -> Option<usize> {
 /// The new end.
 fn stuff(mut end: usize, out: &mut FrameBytes) -> Option<usize> {
     let mut code = 0;
-    // Each turn ends a block: at most one for every byte.
-    loop {
+    // Each turn ends a block, of a byte or more of the frame.
+    for _ in 0..MAX_FRAME {
         let data = out.get(code + 1..end)?;
         let block = data.get(..FULL_BLOCK_BYTES).unwrap_or(data);
         let length = block.iter().position(|byte| *byte == 0).unwrap_or(block.len());
@@ -174,6 +174,7 @@ fn stuff(mut end: usize, out: &mut FrameBytes) -> Option<usize> {
         }
         code = next;
     }
+    None
 }
 
 /// Decodes the payload of a frame whose checksum has been verified.

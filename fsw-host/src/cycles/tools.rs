@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use serde::Deserialize;
 
 use super::CycleError;
+use crate::target::image::cargo_build;
 
 /// Debian's package with the disassembler and the pipeline simulator.
 pub const LLVM_PACKAGE: &str = "llvm-19";
@@ -60,23 +61,8 @@ pub fn disassemble(image: &Path) -> Result<String, CycleError> {
 
 /// The plugin: built from the sources where they are, else what lies beside this program.
 pub fn plugin() -> Result<PathBuf, CycleError> {
-    match crate::target::image::workspace() {
-        Ok(workspace) => build_plugin(&workspace),
-        Err(_) => beside_this_program().ok_or(CycleError::MissingPlugin),
-    }
-}
-
-fn build_plugin(workspace: &Path) -> Result<PathBuf, CycleError> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let build = Command::new(cargo)
-        .current_dir(workspace)
-        .args(["build", "--release", "--package", "qemu-blocks", "--message-format", "json-render-diagnostics"])
-        .stdin(Stdio::null())
-        .output();
-    let Some(output) = build.ok().filter(|output| output.status.success()) else {
-        return beside_this_program().ok_or(CycleError::MissingPlugin);
-    };
-    library(&output.stdout).ok_or(CycleError::MissingPlugin)
+    let built = cargo_build(&["--release", "--package", "qemu-blocks"]).ok().filter(|output| output.status.success());
+    built.and_then(|output| library(&output.stdout)).or_else(beside_this_program).ok_or(CycleError::MissingPlugin)
 }
 
 /// The library that cargo's messages name.

@@ -149,10 +149,10 @@ fn last_frame(log: &[u8]) -> (u16, MissionTime) {
 }
 
 /// A folder of its own, removed in the end.
-struct Folder(PathBuf);
+pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
-    fn new() -> Result<Self, TargetError> {
+    pub(crate) fn new() -> Result<Self, TargetError> {
         use std::sync::atomic::{AtomicU32, Ordering};
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);

@@ -29,14 +29,8 @@ impl Image {
     /// # Errors
     /// No sources, no compiler, or the compiler's own words.
     pub fn build(target: Target, image: &str) -> Result<Self, TargetError> {
-        let workspace = workspace()?;
-        let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-            .current_dir(&workspace)
-            .args(["build", "--package", "firmware", "--bin", image, "--profile", PROFILE])
-            .args(["--target", target.triple(), "--message-format", "json-render-diagnostics"])
-            .stdin(Stdio::null())
-            .output()
-            .map_err(TargetError::NoCargo)?;
+        let output =
+            cargo_build(&["--package", "firmware", "--bin", image, "--profile", PROFILE, "--target", target.triple()])?;
         if !output.status.success() {
             return Err(build_failure(target, image, &output));
         }
@@ -66,13 +60,21 @@ impl Image {
 }
 
 /// The workspace that this program was built from, if it still has a firmware.
-///
-/// # Errors
-/// The sources are not where they were.
-pub fn workspace() -> Result<PathBuf, TargetError> {
+fn workspace() -> Result<PathBuf, TargetError> {
     let ours = Path::new(env!("CARGO_MANIFEST_DIR"));
     let workspace = ours.parent().unwrap_or(ours).to_owned();
     if workspace.join("firmware/Cargo.toml").is_file() { Ok(workspace) } else { Err(TargetError::NoSources(workspace)) }
+}
+
+/// Builds something of the workspace; what cargo said of it, on standard output in messages for programs.
+pub(crate) fn cargo_build(options: &[&str]) -> Result<Output, TargetError> {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .current_dir(workspace()?)
+        .args(["build", "--message-format", "json-render-diagnostics"])
+        .args(options)
+        .stdin(Stdio::null())
+        .output()
+        .map_err(TargetError::NoCargo)
 }
 
 fn build_failure(target: Target, image: &str, output: &Output) -> TargetError {

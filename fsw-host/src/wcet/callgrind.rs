@@ -20,7 +20,8 @@ use super::target::flown;
 use super::uplink::record;
 use crate::error::HostError;
 use crate::target::TargetError;
-use crate::target::image::{PROFILE, executable, workspace};
+use crate::target::bench::Folder;
+use crate::target::image::{PROFILE, cargo_build, executable};
 use crate::target::qemu::bind_to_this_process;
 
 /// What the figures are, in words.
@@ -48,13 +49,7 @@ impl Bench {
         if !version.is_ok_and(|status| status.success()) {
             return Err(missing());
         }
-        let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-            .current_dir(workspace()?)
-            .args(["build", "--package", BENCH, "--features", "callgrind", "--profile", PROFILE])
-            .args(["--message-format", "json-render-diagnostics"])
-            .stdin(Stdio::null())
-            .output()
-            .map_err(TargetError::NoCargo)?;
+        let output = cargo_build(&["--package", BENCH, "--features", "callgrind", "--profile", PROFILE])?;
         let said = String::from_utf8_lossy(&output.stderr);
         match executable(&output.stdout, BENCH) {
             Some(program) if output.status.success() => Ok(Self(program)),
@@ -80,7 +75,7 @@ impl Bench {
 
     /// Flies one recorded uplink; what came down the link.
     fn fly(&self, log: &[u8], interrupt: &AtomicBool) -> Result<Vec<u8>, TargetError> {
-        let folder = Folder::new().map_err(TargetError::system("make a folder for a flight"))?;
+        let folder = Folder::new()?;
         let (uplink, answer) = (folder.0.join("uplink.bin"), folder.0.join("answer.bin"));
         fs::write(&uplink, log).map_err(TargetError::system(format!("write {}", uplink.display())))?;
         let mut child = self.start(&uplink, &answer).map_err(TargetError::system("start valgrind"))?;
@@ -111,24 +106,5 @@ impl Bench {
         command.arg(&self.0).arg(uplink);
         bind_to_this_process(&mut command);
         command.stdin(status).stderr(log).stdout(fs::File::create(answer)?).spawn()
-    }
-}
-
-/// A folder that goes away with this.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> io::Result<Self> {
-        static NUMBER: AtomicUsize = AtomicUsize::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("aeroshell-callgrind-{}-{number}", std::process::id()));
-        fs::create_dir(&path)?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
