@@ -40,6 +40,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Measure what the flight software costs, per schedule slot and per algorithm, over a set of hard flights.
     Wcet(WcetArgs),
+    /// Make the tables of the guidance modes apollo and segmented-table from the onboard model, as Rust source.
+    GuidanceTables(GuidanceTablesArgs),
     /// Show and check scenarios.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
@@ -291,6 +293,20 @@ pub struct PropagateArgs {
     pub force: bool,
 }
 
+/// Options of `guidance-tables`.
+#[derive(Clone, Debug, Args)]
+pub struct GuidanceTablesArgs {
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Overrides a field of the scenario; may be repeated.
+    #[arg(long = "set", value_name = "FIELD=VALUE")]
+    pub set: Vec<String>,
+    /// File to write; standard output when left out.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
 /// Options of `replay`.
 #[derive(Clone, Debug, Args)]
 pub struct ReplayArgs {
@@ -411,6 +427,12 @@ pub enum GuidanceName {
     Paper,
     /// The predictor rehearses the flight, in the air that it has learned.
     Aeroshell,
+    /// The paper's predictor-corrector from waypoint to waypoint.
+    Segmented,
+    /// Predictions cut short at the waypoints' speeds, the rest of the range by table.
+    SegmentedTable,
+    /// Terminal-point guidance derived from that of Apollo.
+    Apollo,
 }
 
 impl GuidanceName {
@@ -420,6 +442,9 @@ impl GuidanceName {
         match self {
             Self::Paper => "paper",
             Self::Aeroshell => "aeroshell",
+            Self::Segmented => "segmented",
+            Self::SegmentedTable => "segmented-table",
+            Self::Apollo => "apollo",
         }
     }
 }

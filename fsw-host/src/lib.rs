@@ -27,6 +27,7 @@ pub mod scenarios;
 pub mod screen;
 pub mod summary;
 pub mod sweep;
+pub mod tables;
 pub mod tap;
 pub mod target;
 pub mod telemetry;

@@ -46,9 +46,9 @@ impl Config {
     }
 }
 
-/// P4's algorithms and trigger.
+/// Filter, best guidance and the trigger of P4.
 const MODES: Modes =
-    Modes { navigation: NavigationMode::Ekf, guidance: GuidanceMode::Paper, trigger: TriggerKind::Speed };
+    Modes { navigation: NavigationMode::Ekf, guidance: GuidanceMode::Aeroshell, trigger: TriggerKind::Speed };
 
 /// P4's capsule: ballistic coefficient 121.6 kg/m². Nose radius of the 4.5 m, 70° sphere-cone family.
 const VEHICLE: VehicleParameters = VehicleParameters {

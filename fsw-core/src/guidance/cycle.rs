@@ -15,12 +15,12 @@ use crate::time::{FRAME, FRAMES_PER_SECOND};
 use super::air::{Adapted, AirProfile};
 use super::constraints::Peaks;
 use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
-use super::course::Course;
 use super::predictor::{
     self, Bank, EVALUATIONS_PER_EVENT, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, State, Stop,
     acceleration, stepped,
 };
 use super::steering::{Pilot, Steering};
+use super::tables::Segment;
 use super::turn::BankState;
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
@@ -33,6 +33,8 @@ const SHORTEST_SLICE: u32 = 3;
 const PROPAGATION_COST: u32 = 3;
 /// Minor frames that one step of the propagation to the instant of effect covers.
 const PROPAGATION_FRAMES: u32 = 10;
+/// Minor frames in the second half of a cycle.
+const HALF_A_SECOND: u32 = FRAMES_PER_SECOND / 2;
 /// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
 const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 
@@ -59,6 +61,9 @@ pub struct CycleContext<'a> {
     pub air: &'a AirProfile,
     /// What predictions rehearse; without it they hold their bank.
     pub steering: Option<Steering<'a>>,
+    /// The table that stands for the flight beyond the stop, where predictions are cut short, with the logarithm of the
+    /// density over that of the model.
+    pub remainder: Option<(&'static Segment, f64)>,
 }
 
 /// Where a cycle starts from.
@@ -105,7 +110,6 @@ struct Flown {
 pub struct Cycle {
     start: CycleStart,
     frames_left: u32,
-    range_to_go_m: f64,
     corrector: Corrector,
     flying: Option<Prediction>,
     /// Cosine of the bank of the prediction under way.
@@ -134,7 +138,6 @@ impl Cycle {
         Self {
             start: *start,
             frames_left: start.frames_to_effect,
-            range_to_go_m: f64::NAN,
             corrector: Corrector::new(&search),
             flying: None,
             cos_bank: 0.0,
@@ -173,12 +176,21 @@ impl Cycle {
         }
     }
 
-    /// The quota that finishes the cycle just in time if every prediction allowed is made and takes as long as the longest
-    /// so far, of this cycle or, `longest_before`, of the one before: so all frames of a second cost about the same.
+    /// The quota that makes the predictions to be expected in the first half of the second, and finishes the cycle just in
+    /// time if every prediction allowed is made, each as long as the longest so far, of this cycle or, `longest_before`, of
+    /// the one before: so all frames of a second cost about the same.
     #[must_use]
     pub fn quota(&self, frames_left: u32, longest_before: u32) -> u32 {
         let longest = longest_before.max(self.longest).max(self.steps + 1);
-        let to_make = u32::try_from(self.corrector.max_predictions().saturating_sub(self.flown.len())).unwrap_or(0);
+        let count = |n: usize| u32::try_from(n).unwrap_or(0);
+        let expected = if self.start.slope_m.is_some() { 1 } else { 2 };
+        let soon = count(usize::saturating_sub(expected, self.flown.len()));
+        let early = soon > 0 && frames_left > HALF_A_SECOND;
+        let (to_make, frames_left) = if early {
+            (soon, frames_left - HALF_A_SECOND)
+        } else {
+            (count(self.corrector.max_predictions().saturating_sub(self.flown.len())), frames_left)
+        };
         let propagation = PROPAGATION_COST * self.frames_left.div_ceil(PROPAGATION_FRAMES);
         let cost = propagation + (longest * to_make).saturating_sub(self.steps);
         cost.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, STEPS_PER_FRAME)
@@ -217,7 +229,6 @@ impl Cycle {
         stepped(&model, &state, &acceleration, step_s, &banks, &mut self.start.state);
         self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
         self.frames_left -= frames;
-        self.range_to_go_m = range_to_go_m(&self.start.state, context);
     }
 
     /// At most so many steps of the prediction under way: how many, and whether they reach its end. Finishes the cycle
@@ -271,18 +282,22 @@ impl Cycle {
 
     /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.
     ///
-    /// The downrange error is the range flown minus the range to go, both at the reference radius (P4 eq. 2 and 3).
+    /// The downrange error is counted at the reference radius: along the arc from here to the target, or along the last course
+    /// of a path that comes to the target.
     #[inline(never)]
     fn land(&mut self, context: &CycleContext<'_>) {
         let cos_bank = self.cos_bank;
         let Some(end) = self.flying.take().map(|prediction| prediction.end()) else { return };
         self.steps = 0;
-        let error_m = match &context.steering {
-            Some(_) => {
-                end.beyond_rad(&context.target_p).map_or(f64::NAN, |[ahead, _]| ahead * context.model.planet.radius_m)
-            }
-            None => end.track_rad * context.model.planet.radius_m - self.range_to_go_m,
+        let beyond_rad = match &context.steering {
+            Some(_) => end.beyond_rad(&context.target_p),
+            None => end.beyond_along_arc_rad(&self.start.state, &context.target_p),
         };
+        let radius_m = context.model.planet.radius_m;
+        let remainder_m = context
+            .remainder
+            .map_or(0.0, |(segment, log_density)| segment.remainder_m(&end.state, radius_m, cos_bank, log_density));
+        let error_m = beyond_rad.map_or(f64::NAN, |beyond| beyond * radius_m) + remainder_m;
         if !error_m.is_finite() {
             self.finished = true;
             return;
@@ -384,13 +399,4 @@ impl Cycle {
     pub fn iterations(&self) -> usize {
         self.corrector.iterations()
     }
-}
-
-/// Range to go at a state, m at the reference radius: great circle (P4 eq. 3), negative once the target lies behind.
-fn range_to_go_m(&[x, y, z, vx, vy, vz]: &State, context: &CycleContext<'_>) -> f64 {
-    let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz));
-    course.map_or(f64::NAN, |course| {
-        let range_m = course.range_m(&context.target_p, context.model.planet.radius_m);
-        if context.target_p.dot(&course.ahead) < 0.0 { -range_m } else { range_m }
-    })
 }

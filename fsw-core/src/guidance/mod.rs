@@ -12,6 +12,7 @@
 
 pub mod adaptation;
 pub mod air;
+pub mod apollo;
 pub mod constraints;
 pub mod corrector;
 pub mod course;
@@ -20,7 +21,9 @@ pub mod density;
 pub mod heading;
 pub mod lateral;
 pub mod predictor;
+pub mod segments;
 pub mod steering;
+pub mod tables;
 pub mod trigger;
 pub mod turn;
 
@@ -29,7 +32,8 @@ use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
     ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
-use crate::math::num::{clamp, wrap_angle};
+use crate::math::fun::{acos, cos, ln, sin_cos};
+use crate::math::num::{abs, clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
 use crate::probe::{Kernel, NoProbe, Probe};
@@ -42,12 +46,19 @@ use course::Course;
 use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
+use segments::Segments;
 use steering::{Sight, Steering};
 use turn::BankState;
 
 /// Steps that the first cycle expects a prediction to take: half of what it is allowed. One that takes more is noticed
 /// while it is flown, and the quota grows.
 const LONGEST_PREDICTION: u32 = cycle::MAX_EVALUATIONS as u32 / 32;
+
+/// Altitude whose density stands for that of the flight beyond a cut, m: where most of the speed is lost.
+const REMAINDER_ALTITUDE_M: f64 = 15e3;
+
+/// A target that the best bank misses by more than this is called out of reach, m: less may still be won or lost by the air.
+const UNREACHABLE_MISS_M: f64 = 1e3;
 
 /// Parameters and model that guidance flies with; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +90,23 @@ impl<'a> GuidanceContext<'a> {
         surface_point(self.target.longitude_rad, self.target.latitude_rad)
     }
 
+    /// The segment flown, in the modes that have any.
+    fn segment(&self, segments: &Segments) -> Option<&'static tables::Segment> {
+        let segmented = matches!(self.mode, GuidanceMode::Segmented | GuidanceMode::SegmentedTable);
+        if segmented { segments.flown() } else { None }
+    }
+
+    /// What is flown to: the target, or the next waypoint of mode `segmented`.
+    fn point_flown_to(&self, segments: &Segments) -> Vec3<PlanetFixed> {
+        let waypoint = self.segment(segments).filter(|_| self.mode == GuidanceMode::Segmented);
+        waypoint.map_or_else(|| self.target_p(), tables::Segment::direction_p)
+    }
+
+    /// Whether the air is learned; the paper's designs fly the nominal one, or the one that navigation knows.
+    fn learns(&self) -> bool {
+        !matches!(self.mode, GuidanceMode::Paper | GuidanceMode::Segmented)
+    }
+
     /// Speed below which the heading is aligned, m/s.
     #[must_use]
     pub fn alignment_speed_mps(&self) -> f64 {
@@ -96,11 +124,16 @@ impl<'a> GuidanceContext<'a> {
         })
     }
 
-    fn cycle<'b>(&self, air: &'b AirProfile) -> CycleContext<'b>
+    fn cycle<'b>(&self, air: &'b AirProfile, segments: &Segments) -> CycleContext<'b>
     where
         'a: 'b,
     {
+        let segment = self.segment(segments);
+        let at_m = REMAINDER_ALTITUDE_M;
+        let remainder = segment.filter(|_| self.mode == GuidanceMode::SegmentedTable);
         CycleContext {
+            remainder: remainder
+                .map(|segment| (segment, ln(air.density_kgpm3(at_m) / self.model.atmosphere.density(at_m)))),
             air,
             steering: self.steering(),
             model: self.model,
@@ -108,11 +141,11 @@ impl<'a> GuidanceContext<'a> {
             constraints: self.constraints,
             control: self.control,
             stop: Stop {
-                speed_mps: self.deploy.speed_mps,
+                speed_mps: segment.map_or(self.deploy.speed_mps, |segment| f64::from(segment.speed_mps)),
                 radius_m: self.model.planet.radius_m + self.deploy.floor_altitude_m,
                 horizon_s: self.guidance.prediction_horizon_s,
             },
-            target_p: self.target_p(),
+            target_p: self.point_flown_to(segments),
         }
     }
 }
@@ -175,6 +208,7 @@ pub struct Guidance {
     air: AirProfile,
     /// Slope of the downrange error with the cosine of the bank, m.
     slope_m: Option<f64>,
+    segments: Segments,
 }
 
 impl Default for Guidance {
@@ -207,6 +241,7 @@ impl Guidance {
             adaptation: Adaptation::DORMANT,
             air: AirProfile::NONE,
             slope_m: None,
+            segments: Segments::NEW,
         }
     }
 
@@ -257,7 +292,7 @@ impl Guidance {
     fn learn(&mut self, input: &GuidanceInput<'_>) {
         let context = &input.context;
         let last = input.frame % FRAMES_PER_SECOND == FRAMES_PER_SECOND - 1;
-        if context.mode == GuidanceMode::Aeroshell {
+        if context.learns() {
             self.adaptation.observe(input.estimate, context.model, context.force_noise_mps2);
             if last {
                 self.adaptation.tabulate(input.context.model, &mut self.air);
@@ -280,34 +315,69 @@ impl Guidance {
             }
             let course = usable_course(input.estimate);
             if let Some(course) = &course {
-                let result = self.cycle.get().and_then(|ended| ended.result(input.context.constraints));
-                if let Some(result) = &result {
-                    self.take_effect(result, course, input, output);
+                if input.context.mode == GuidanceMode::Apollo {
+                    let result = self.terminal(course, input);
+                    self.take_effect(&result, course, input, output);
+                    output.telemetry = Some(self.report(None, Some(&result), course, input));
+                } else {
+                    self.next_cycle(course, input, output);
                 }
-                if let Some(ended) = self.cycle.get() {
-                    output.telemetry = Some(self.report(ended, result.as_ref(), course, input));
-                    self.longest_prediction = ended.longest_prediction();
-                    self.slope_m = ended.slope_m();
-                }
-                if input.context.mode == GuidanceMode::Paper {
-                    self.air.set_constant(input.context.model, density::ratio(input.estimate));
-                    self.slope_m = None;
-                } else if self.air.is_none() {
-                    self.air.set_constant(input.context.model, 1.0);
-                }
-                self.cycle.put(Cycle::new(&self.cycle_start(input), input.context.guidance));
             } else {
                 self.cycle.clear();
                 output.telemetry = Some(self.held(input));
             }
             self.cycles = self.cycles.saturating_add(1);
         }
-        let context = input.context.cycle(&self.air);
+        let context = input.context.cycle(&self.air, &self.segments);
         if let (Some(cycle), false) = (self.cycle.get_mut(), input.shed) {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
             let quota = cycle.quota(frames_left, self.longest_prediction);
             cycle.advance(quota, &context, probe);
+        }
+    }
+
+    /// Puts the cycle that has ended into effect and begins the next.
+    fn next_cycle(&mut self, course: &Course, input: &GuidanceInput<'_>, output: &mut GuidanceOutput) {
+        let result = self.cycle.get().and_then(|ended| ended.result(input.context.constraints));
+        if let Some(result) = &result {
+            self.take_effect(result, course, input, output);
+        }
+        if let Some(ended) = self.cycle.get() {
+            output.telemetry = Some(self.report(Some(ended), result.as_ref(), course, input));
+            self.longest_prediction = ended.longest_prediction();
+            self.slope_m = ended.slope_m();
+        }
+        if !input.context.learns() {
+            self.air.set_constant(input.context.model, density::ratio(input.estimate));
+        } else if self.air.is_none() {
+            self.air.set_constant(input.context.model, 1.0);
+        }
+        if input.context.mode != GuidanceMode::Aeroshell {
+            self.slope_m = None;
+        }
+        let start = self.cycle_start(input);
+        self.segments.advance(&start.state, input.estimate.speed_mps);
+        self.cycle.put(Cycle::new(&start, input.context.guidance));
+    }
+
+    /// The command of terminal-point guidance.
+    fn terminal(&self, course: &Course, input: &GuidanceInput<'_>) -> CycleResult {
+        let (estimate, context) = (input.estimate, &input.context);
+        let (sine, cosine) = sin_cos(context.model.vehicle.trim_angle_of_attack_rad);
+        let (error_m, cos_bank) = apollo::Terminal {
+            speed_mps: estimate.speed_mps,
+            climb_mps: course.up.dot(&estimate.v_p),
+            drag_mps2: -estimate.specific_force_b.dot(&Vec3::new(cosine, 0.0, sine)),
+            range_to_go_m: course.range_m(&context.target_p(), context.model.planet.radius_m),
+        }
+        .command();
+        let (low, high) = (cos(context.guidance.max_bank_rad), cos(context.guidance.min_bank_rad));
+        CycleResult {
+            bank_rad: acos(clamp(cos_bank, low, high)),
+            error_m,
+            peaks: constraints::Peaks::default(),
+            outcome: CycleOutcome::Converged,
         }
     }
 
@@ -333,7 +403,8 @@ impl Guidance {
         input: &GuidanceInput<'_>,
         output: &mut GuidanceOutput,
     ) {
-        let offset_m = course.heading_offset_m(&input.context.target_p(), input.context.model.planet.radius_m);
+        let target_p = input.context.point_flown_to(&self.segments);
+        let offset_m = course.heading_offset_m(&target_p, input.context.model.planet.radius_m);
         let threshold_m = lateral::threshold_m(input.estimate.speed_mps, input.context.guidance);
         let side = lateral::side(self.side, offset_m, threshold_m);
         self.command_rad = side * result.bank_rad;
@@ -342,7 +413,8 @@ impl Guidance {
             self.reversals = self.reversals.saturating_add(1);
             output.reversal = Some(self.command_rad);
         }
-        let out_of_reach = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long);
+        let at_a_limit = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long);
+        let out_of_reach = at_a_limit && abs(result.error_m) > UNREACHABLE_MISS_M;
         if out_of_reach && !self.out_of_reach {
             output.unreachable_m = Some(result.error_m);
         }
@@ -393,16 +465,16 @@ impl Guidance {
     #[inline(never)]
     fn report(
         &self,
-        cycle: &Cycle,
+        cycle: Option<&Cycle>,
         result: Option<&CycleResult>,
         course: &Course,
         input: &GuidanceInput<'_>,
     ) -> GuidanceTlm {
         let count = |n: usize| u8::try_from(n).unwrap_or(u8::MAX);
         let common = GuidanceTlm {
-            iterations: count(cycle.iterations()),
-            predictions: count(cycle.predictions()),
-            evaluations: cycle.evaluations(),
+            iterations: cycle.map_or(0, |cycle| count(cycle.iterations())),
+            predictions: cycle.map_or(0, |cycle| count(cycle.predictions())),
+            evaluations: cycle.map_or(0, Cycle::evaluations),
             ..self.where_we_are(course, input)
         };
         let Some(result) = result else { return GuidanceTlm { outcome: CycleOutcome::Held, ..common } };

@@ -73,7 +73,7 @@ fn run(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>) -> u32 {
 
 fn run_in(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>, air: &AirProfile) -> u32 {
     for frame in 1..10_000 {
-        cycle.advance(steps, &context.cycle(air), &mut NoProbe);
+        cycle.advance(steps, &context.cycle(air, &Segments::NEW), &mut NoProbe);
         if cycle.is_finished() {
             return frame;
         }
@@ -102,7 +102,7 @@ fn a_cycle_does_not_depend_on_how_it_was_sliced() {
     for (h, v, gamma) in [(125.3e3, 5505.0, -14.15), (60e3, 5400.0, -10.0), (25e3, 2500.0, -8.0), (9e3, 640.0, -20.0)] {
         let whole = {
             let mut cycle = Cycle::new(&start(state_of(&estimate(h, v, gamma))), &CONFIG.guidance);
-            cycle.advance(u32::MAX, &context.cycle(&AirProfile::nominal(context.model)), &mut NoProbe);
+            cycle.advance(u32::MAX, &context.cycle(&AirProfile::nominal(context.model), &Segments::NEW), &mut NoProbe);
             cycle
         };
         for steps in [1, 3, STEPS_PER_FRAME, 100] {
@@ -254,7 +254,7 @@ proptest! {
         state in any_state(), bank in -7.0..7.0f64, command in prop::num::f64::ANY, step in prop::num::f64::ANY,
         pick_step in prop::bool::ANY, horizon in prop_oneof![1.0..1e4f64, Just(f64::INFINITY), Just(f64::NAN)],
         increment in -1.0..4.0f64, load in prop_oneof![0.0..200.0f64, Just(f64::NAN)], frames in 1..=50u32,
-        ratio in 0.6..1.7f64, mode in prop_oneof![Just(GuidanceMode::Paper), Just(GuidanceMode::Aeroshell)],
+        ratio in 0.6..1.7f64, mode in prop_oneof![Just(GuidanceMode::Paper), Just(GuidanceMode::SegmentedTable), Just(GuidanceMode::Aeroshell)],
         slope in prop::option::of(prop::num::f64::ANY),
     ) {
         let config = Config {

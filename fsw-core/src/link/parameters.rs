@@ -122,6 +122,12 @@ pub enum GuidanceMode {
     Paper,
     /// The predictor rehearses the flight, in the air that it has learned.
     Aeroshell,
+    /// P4's predictor-corrector from waypoint to waypoint.
+    Segmented,
+    /// Predictions cut short at the waypoints' speeds; the rest of the range by table.
+    SegmentedTable,
+    /// Terminal-point guidance derived from that of Apollo.
+    Apollo,
 }
 
 /// What fires the parachute.

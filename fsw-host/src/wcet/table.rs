@@ -14,7 +14,7 @@ use super::ledger::{FlightCost, evenness};
 /// Budget of a whole second, instructions: its frames may use 40 % of theirs on average.
 pub const SECOND_BUDGET: u32 = 2_000_000;
 /// Budget of one evaluation of the equations of motion with rotation and J2, instructions.
-pub const EVALUATION_BUDGET: u32 = 300;
+pub const EVALUATION_BUDGET: u32 = 500;
 /// The worst frame of any second against the mean of that second.
 pub const EVENNESS_BUDGET: f64 = 2.0;
 /// Evaluations in a Runge–Kutta step.
