@@ -48,6 +48,10 @@ impl<M: Meter> Probe for Burning<M> {
     fn nothing_done(&mut self) {
         self.meter.nothing_done();
     }
+
+    fn frames_passed(&mut self, frames: u32) {
+        self.meter.frames_passed(frames);
+    }
 }
 
 impl<M: Meter> Meter for Burning<M> {

@@ -89,6 +89,9 @@ pub trait Probe {
 
     /// What was done so far belongs to no minor frame: the flight has not begun.
     fn nothing_done(&mut self);
+
+    /// The packet at hand is the first usable one of so many minor frames of the flight.
+    fn frames_passed(&mut self, _frames: u32) {}
 }
 
 /// A probe that measures nothing.
@@ -172,8 +175,9 @@ pub struct FrameMeter<C> {
     open: MeasuredCost,
     /// The dearest frame closed since the last [`FrameMeter::take`], without its slot `Receive`, which the frames share.
     closed: Option<MeasuredCost>,
-    /// Frames closed since then, and what receiving cost them together.
+    /// Frames closed since then, or passed without any that could be, and what receiving cost them together.
     closed_frames: u32,
+    passed_frames: u32,
     received: u32,
     frame_began: u32,
     slot_began: u32,
@@ -189,6 +193,7 @@ impl<C: Counter> FrameMeter<C> {
             open: MeasuredCost::NONE,
             closed: None,
             closed_frames: 0,
+            passed_frames: 0,
             received: 0,
             frame_began: 0,
             slot_began: 0,
@@ -214,8 +219,9 @@ impl<C: Counter> Meter for FrameMeter<C> {
 
     #[inline(never)]
     fn pause(&mut self) {
-        let now = self.counter.read();
-        self.open.whole = self.open.whole.saturating_add(now.saturating_sub(self.frame_began));
+        // What a span does after its last mark is receiving.
+        self.slot_done(SlotId::Receive);
+        self.open.whole = self.open.whole.wrapping_add(self.slot_began.wrapping_sub(self.frame_began));
     }
 
     fn discard(&mut self) {
@@ -224,7 +230,8 @@ impl<C: Counter> Meter for FrameMeter<C> {
 
     fn take(&mut self) -> Option<MeasuredCost> {
         let mut cost = self.closed.take()?;
-        let frames = core::mem::take(&mut self.closed_frames);
+        let (closed, passed) = (core::mem::take(&mut self.closed_frames), core::mem::take(&mut self.passed_frames));
+        let frames = if passed > closed { passed } else { closed };
         let share = core::mem::take(&mut self.received).checked_div(frames).unwrap_or(0);
         cost.whole = cost.whole.saturating_add(share);
         let [receive, ..] = &mut cost.slots;
@@ -267,7 +274,7 @@ impl<C: Counter> Probe for FrameMeter<C> {
         let now = self.counter.read();
         let mut frame = core::mem::replace(&mut self.open, MeasuredCost::NONE);
         frame.whole = frame.whole.saturating_add(now.saturating_sub(self.frame_began));
-        self.frame_began = now;
+        (self.frame_began, self.slot_began, self.mark) = (now, now, now);
         // Packets that came while frames went missing came in the time of those frames.
         let [receive, ..] = &mut frame.slots;
         self.received = self.received.saturating_add(*receive);
@@ -278,9 +285,14 @@ impl<C: Counter> Probe for FrameMeter<C> {
         }
     }
 
+    fn frames_passed(&mut self, frames: u32) {
+        self.passed_frames = frames;
+    }
+
     fn nothing_done(&mut self) {
         self.open = MeasuredCost::NONE;
-        self.frame_began = self.counter.read();
+        let now = self.counter.read();
+        (self.frame_began, self.slot_began, self.mark) = (now, now, now);
     }
 }
 
@@ -335,7 +347,7 @@ mod tests {
         meter.frame_done(); // 10
         meter.pause(); // belongs to the next frame: 10
         let cost = meter.take().unwrap();
-        assert_eq!((cost.whole, cost.slots[0], cost.stack_high_water_bytes), (50, 20, 77));
+        assert_eq!((cost.whole, cost.slots[0], cost.stack_high_water_bytes), (50, 40, 77));
         meter.resume();
         meter.frame_done();
         assert_eq!(meter.take().unwrap().whole, 20);
@@ -376,6 +388,20 @@ mod tests {
     }
 
     #[test]
+    fn frames_that_passed_without_a_usable_packet_share_what_receiving_cost() {
+        let mut meter = FrameMeter::new(Ticks::default());
+        meter.resume();
+        meter.slot_done(SlotId::Receive); // 10
+        meter.pause(); // 20: nothing usable
+        meter.resume();
+        meter.slot_done(SlotId::Receive); // 10 more: 30 in all
+        meter.frames_passed(3);
+        meter.frame_done(); // 10 of its own
+        let cost = meter.take().unwrap();
+        assert_eq!((cost.whole, cost.slots[SlotId::Receive as usize]), (20, 10));
+    }
+
+    #[test]
     fn what_was_done_before_the_flight_belongs_to_no_frame() {
         let mut meter = FrameMeter::new(Ticks::default());
         meter.resume();
@@ -385,7 +411,7 @@ mod tests {
         meter.resume();
         meter.frame_done();
         let cost = meter.take().unwrap();
-        assert_eq!((cost.whole, cost.slots[0]), (20, 0));
+        assert_eq!((cost.whole, cost.slots[0]), (20, 10));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Estimated Cortex-M7 cycles of an image that runs by itself and ends QEMU by semihosting, frame by frame:
 //!
 //! ```text
-//! cargo build --release --package qemu-blocks
 //! cargo run --release --package fsw-host --example cycles -- IMAGE
 //! ```
 

@@ -5,7 +5,6 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
-use crate::budgets::Part;
 use crate::image::{self, TARGETS};
 use crate::{budgets, debian, flights, on_target, symbols};
 
@@ -19,6 +18,7 @@ const GATES: [Gate; 16] = [
     ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
+    ("documentation without broken links", documentation),
     ("core, debug build with overflow checks", core_debug),
     ("unit and system tests, release build", tests),
     ("examples in the documentation", doc_tests),
@@ -26,7 +26,6 @@ const GATES: [Gate; 16] = [
     ("log formatting feature builds", log_feature),
     ("images build for both processors", on_target::build_images),
     ("budgets, and images without panic, heap, software floating point, recursion or indirect call", budgets),
-    ("documentation without broken links", documentation),
     ("default flight from the command line", flights::default_flight),
     ("flights against a simulator in a process of its own", flights::separate_processes),
     ("every mode, the same bits", on_target::modes),
@@ -65,6 +64,8 @@ fn core_debug(shell: &Shell) -> Result<()> {
 }
 
 fn tests(shell: &Shell) -> Result<()> {
+    // Some tests start the programs that users start.
+    flights::programs(shell)?;
     Ok(cmd!(shell, "cargo test --quiet --workspace --release --lib --bins --tests").quiet().run()?)
 }
 
@@ -85,7 +86,7 @@ fn programs(shell: &Shell) -> Result<()> {
 }
 
 fn budgets(shell: &Shell) -> Result<()> {
-    budgets::run(shell, Some(Part::Static), false)
+    budgets::run(shell, None, false)
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {

@@ -13,7 +13,7 @@ use embedded_io::{ErrorKind, Read, Write};
 
 use super::computer::FlightComputer;
 use crate::link::discretes::{DiscreteError, Discretes};
-use crate::link::framing::{DELIMITER, MAX_FRAME};
+use crate::link::framing::{DELIMITER, MAX_FRAME, SHORTEST_STRETCH};
 use crate::link::packet::{Mode, Pace, RestartReport};
 use crate::link::port::{Port, PortError};
 use crate::probe::Meter;
@@ -86,6 +86,8 @@ pub struct Board<'c, S, A, F, W> {
     computer: &'c mut FlightComputer,
     request: Gathered<'c>,
     answer: Gathered<'c>,
+    /// The computer has the beginning of a stretch whose end has not come.
+    overflowing: bool,
     /// When the last minor frame was closed; before the first, when the last packet came.
     frame_closed_us: u32,
 }
@@ -100,6 +102,7 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
             computer,
             request: Gathered::new(&mut room.request),
             answer: Gathered::new(&mut room.answer),
+            overflowing: false,
             frame_closed_us: 0,
         }
     }
@@ -136,8 +139,15 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
                 // They always fit: what has room for a frame and a read never keeps more than a frame.
                 self.request.append(bytes);
                 match self.request.bytes().iter().rposition(|byte| *byte == DELIMITER) {
-                    Some(last) => self.serve(last + 1, meter, clock),
-                    None if self.request.length >= MAX_FRAME => self.serve(self.request.length, meter, clock),
+                    Some(_) if self.drop_runt() => self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port),
+                    Some(last) => {
+                        self.overflowing = false;
+                        self.serve(last + 1, meter, clock)
+                    }
+                    None if self.request.length >= MAX_FRAME => {
+                        self.overflowing = true;
+                        self.serve(self.request.length, meter, clock)
+                    }
                     None => Ok(()),
                 }
             }
@@ -145,6 +155,18 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
             Err(error) => Err(BoardError::Port(error)),
         };
         outcome.and(self.run_overdue(meter, clock))
+    }
+
+    /// Throws away a stretch too short for any packet, as noise on a line without a buffer makes them one by one: before
+    /// the meter, which would cost more than the stretch.
+    fn drop_runt(&mut self) -> bool {
+        let [stretch @ .., DELIMITER] = self.request.bytes() else { return false };
+        let is_runt = stretch.len() < SHORTEST_STRETCH && !stretch.contains(&DELIMITER) && !self.overflowing;
+        if is_runt {
+            self.computer.count_runt(stretch);
+            self.request.clear();
+        }
+        is_runt
     }
 
     /// Hands the first `end` bytes received to the computer, measured, and sends the answer: all that belongs to a minor

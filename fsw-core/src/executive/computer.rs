@@ -2,7 +2,7 @@
 //! waiting. A host, a test and a board run exactly this.
 
 use super::tick::{Executive, Outputs};
-use crate::link::framing::MAX_FRAME;
+use crate::link::framing::{FrameBytes, MAX_FRAME};
 use crate::link::packet::{
     Actuator, Command, CommandOutcome, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Hello, Imu, Injection,
     Mode, Pace, Refusal, RestartReport, Severity, Uplink,
@@ -43,6 +43,8 @@ pub struct FlightComputer {
     restarted: Slot<RestartReport>,
     restart: Restart,
     reports_cost: bool,
+    /// Where packets are encoded.
+    out: FrameBytes,
     /// Minor frame of the last answer to a command or greeting, and how many it has had.
     answered: (u32, u8),
 }
@@ -116,6 +118,7 @@ impl FlightComputer {
             restarted: Slot::Empty,
             restart: Restart::Refused,
             reports_cost: false,
+            out: [0; MAX_FRAME],
             answered: (0, 0),
         }
     }
@@ -198,6 +201,12 @@ impl FlightComputer {
         }
     }
 
+    /// Counts what lay between two delimiters and is too short for any packet, as [`Self::receive`] would.
+    pub(super) fn count_runt(&mut self, stretch: &[u8]) {
+        let rejects = &mut self.executive.rejects;
+        rejects.crc = rejects.crc.saturating_add(u32::from(!stretch.is_empty()));
+    }
+
     /// Takes received bytes off the front of `bytes` up to the end of a packet that is to be used, and does what follows
     /// from it; all bytes when there is none in them.
     pub fn take_probed(&mut self, bytes: &mut &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
@@ -209,7 +218,6 @@ impl FlightComputer {
                 break;
             }
         }
-        probe.slot_done(SlotId::Receive);
         if self.executive.frame() == 0 {
             probe.nothing_done();
         }
@@ -354,6 +362,7 @@ impl FlightComputer {
             rejects.early = rejects.early.saturating_add(1);
             return;
         }
+        probe.frames_passed(missing + 1);
         let rejects = &mut self.executive.rejects;
         let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
         rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
@@ -412,9 +421,8 @@ impl FlightComputer {
     }
 
     fn send(&mut self, time: MissionTime, packet: &Downlink, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
-        let mut out = [0; MAX_FRAME];
-        // A packet always fits: the buffer is sized by the largest one.
-        if let Ok(bytes) = self.sender.encode(time, packet, &mut out) {
+        // A packet always fits: the room is sized by the largest one.
+        if let Ok(bytes) = self.sender.encode(time, packet, &mut self.out) {
             transmit(bytes);
         }
         probe.kernel_done(Kernel::Encode, 1);

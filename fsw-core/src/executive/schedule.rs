@@ -20,27 +20,29 @@ pub struct Slot {
 
 /// Minor frames between two navigation telemetry packets (10 Hz).
 pub const NAV_TELEMETRY_FRAMES: u32 = 5;
+/// … and where they lie: in the frames with the least work of the filter, and away from the beginning of a cycle.
+pub const NAV_TELEMETRY_OFFSET: u32 = 4;
 /// Minor frames between two health packets (1 Hz) …
 pub const HEALTH_FRAMES: u32 = FRAMES_PER_SECOND;
 /// … and the frame of the second in which they go down: one in which the filter has little to do and no other packet of
 /// telemetry is due.
-pub const HEALTH_OFFSET: u32 = 34;
+pub const HEALTH_OFFSET: u32 = 35;
 /// Minor frames between two in which a report of guidance may go down …
 pub const GUIDANCE_TELEMETRY_FRAMES: u32 = 5;
-/// … and where they lie: away from the whole second, when navigation telemetry goes down and a cycle begins.
-pub const GUIDANCE_TELEMETRY_OFFSET: u32 = 4;
+/// … and where they lie: away from the whole second, when a cycle begins.
+pub const GUIDANCE_TELEMETRY_OFFSET: u32 = 0;
 
 /// The schedule, in the order of execution within a minor frame. Filter and guidance slice their own 10 Hz and 1 Hz
 /// work evenly over the frames, hence run in each of them.
 pub const SCHEDULE: [Slot; SLOT_COUNT] = [
-    Slot { id: SlotId::Receive, name: "receive", every: 1, offset: 0, budget: 12_000 },
+    Slot { id: SlotId::Receive, name: "receive", every: 1, offset: 0, budget: 30_000 },
     Slot { id: SlotId::Sensors, name: "sensors", every: 1, offset: 0, budget: 2_000 },
-    Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 25_000 },
-    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 37_000 },
+    Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 22_000 },
+    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 27_000 },
     Slot { id: SlotId::Control, name: "control", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Fault, name: "fault", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Telemetry, name: "telemetry", every: 1, offset: 0, budget: 2_000 },
-    Slot { id: SlotId::Transmit, name: "transmit", every: 1, offset: 0, budget: 18_000 },
+    Slot { id: SlotId::Transmit, name: "transmit", every: 1, offset: 0, budget: 13_000 },
 ];
 
 /// Cost that a whole minor frame may have, instructions on the reference computer.

@@ -3,7 +3,8 @@
 use super::cost::CostLedger;
 use super::modes::{self, Facts, Thresholds};
 use super::schedule::{
-    GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET, HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES, due,
+    GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET, HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES,
+    NAV_TELEMETRY_OFFSET, due,
 };
 use crate::config::Config;
 use crate::control::{self, BankDemand};
@@ -182,7 +183,8 @@ impl Executive {
         let cause = self.parachute(&estimate, &context);
         probe.slot_done(SlotId::Control);
 
-        let navigation = due(self.frame, NAV_TELEMETRY_FRAMES, 0).then(|| self.navigator.telemetry());
+        let navigation =
+            due(self.frame, NAV_TELEMETRY_FRAMES, NAV_TELEMETRY_OFFSET).then(|| self.navigator.telemetry());
         let report = FrameReport {
             time: now,
             frame: self.frame,
@@ -254,10 +256,11 @@ impl Executive {
         }
     }
 
-    /// The report of guidance when it is its turn to go down; kept until then.
+    /// The report of guidance when it is its turn to go down; kept until then, and not in the frame that made it.
     fn guidance_report(&mut self, new: Option<GuidanceTlm>) -> Option<GuidanceTlm> {
         if let Some(new) = new {
             self.report.put(new);
+            return None;
         }
         let turn = due(self.frame, GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET);
         if turn { self.report.take() } else { None }

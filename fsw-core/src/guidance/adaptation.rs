@@ -15,13 +15,13 @@
 
 use crate::frames::{Body, Vec3};
 use crate::math::fun::{exp, ln, sin_cos, sqrt};
-use crate::math::num::{clamp, max};
+use crate::math::num::{abs, clamp, max};
 use crate::model::OnboardModel;
 use crate::model::entry::Environment;
 use crate::nav::Estimate;
 use crate::time::FRAME;
 
-use super::air::{AirProfile, SPACING_M};
+use super::air::{AirProfile, RATIO_NODES, SPACING_M};
 use super::density;
 
 /// Bands of waves.
@@ -39,6 +39,8 @@ const WAVE_SIGMA: f64 = 0.02;
 /// Short process: standard deviation and correlation length, m.
 const SHORT_SIGMA: f64 = 0.004;
 const SHORT_LENGTH_M: f64 = 2_000.0;
+/// Where it has faded to less than a hundredth, m.
+const SHORT_REACH_M: f64 = 5.0 * SHORT_LENGTH_M;
 /// Standard deviation of one measurement beside the noise of the sensor: what neither model nor waves explain.
 const MEASUREMENT_SIGMA: f64 = 0.002;
 /// Standard deviation of the logarithm of lift over drag before anything is measured, and what it may drift per measurement.
@@ -48,6 +50,8 @@ const LIFT_DRIFT: f64 = 1e-4;
 const MIN_DRAG_MPS2: f64 = 0.3;
 /// Minor frames that make one measurement.
 const FRAMES_PER_MEASUREMENT: u32 = 10;
+/// Nodes of the table of air that are found in one minor frame; 27 frames find them all.
+const NODES_PER_FRAME: usize = 3;
 /// Largest logarithm that is believed: a broken sensor must not steer.
 const MAX_LOG_RATIO: f64 = 1.0;
 /// Centre and scale of the slope, m, and the range of z in which it goes on.
@@ -83,6 +87,20 @@ pub struct Adaptation {
     /// Altitude of the last measurement, m; none yet.
     altitude_m: Option<f64>,
     window: Window,
+    table: Tabulation,
+}
+
+/// The table of air in the making: all at once would be the dearest frame of the second.
+#[derive(Clone, Debug, PartialEq)]
+struct Tabulation {
+    /// Nodes found so far.
+    found: usize,
+    /// Sine and cosine of each wave at the next node, turned on from node to node.
+    waves: [(f64, f64); BANDS],
+    /// Sine and cosine of what each wave turns from node to node.
+    turns: [(f64, f64); BANDS],
+    /// Density over that of the model, less one: nothing learned is all zeros.
+    excess: [f32; RATIO_NODES],
 }
 
 /// Sums over the frames of one measurement.
@@ -118,6 +136,12 @@ impl Adaptation {
         lift_variance: 0.0,
         altitude_m: None,
         window: Window { frames: 0, drag_mps2: 0.0, lift_mps2: 0.0, altitude_m: 0.0, speed_mps: 0.0, climb_mps: 0.0 },
+        table: Tabulation {
+            found: 0,
+            waves: [(0.0, 0.0); BANDS],
+            turns: [(0.0, 0.0); BANDS],
+            excess: [0.0; RATIO_NODES],
+        },
     };
 
     /// Becomes [`Self::NEW`] from [`Self::DORMANT`], in place.
@@ -228,7 +252,7 @@ impl Adaptation {
     /// The short process on the way to another altitude.
     #[allow(clippy::indexing_slicing)] // constant index
     fn forget(&mut self, altitude_m: f64) {
-        let moved_m = crate::math::num::abs(altitude_m - self.altitude_m.unwrap_or(altitude_m));
+        let moved_m = abs(altitude_m - self.altitude_m.unwrap_or(altitude_m));
         self.altitude_m = Some(altitude_m);
         let kept = exp(-moved_m / SHORT_LENGTH_M);
         self.mean[SHORT] *= kept;
@@ -239,29 +263,42 @@ impl Adaptation {
         self.covariance[SHORT][SHORT] += SHORT_SIGMA * SHORT_SIGMA * (1.0 - kept * kept);
     }
 
-    /// Tabulates what is believed of air and lift.
+    /// Begins a table of what is believed of the air.
+    pub fn begin_table(&mut self) {
+        self.table.found = 0;
+        self.table.waves = [(0.0, 1.0); BANDS];
+        self.table.turns = WAVE_NUMBERS_PM.map(|k| sin_cos(k * SPACING_M));
+    }
+
+    /// Finds the next few nodes of the table, from the ground up; nothing when all are found.
     #[allow(clippy::indexing_slicing)] // constant indices and counters below BANDS
-    #[inline(never)] // once a second
-    pub fn tabulate(&self, model: &OnboardModel, profile: &mut AirProfile) {
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)] // a small number; a table of single precision
+    #[inline(never)] // once in a frame
+    pub fn continue_table(&mut self) {
         let at_m = self.altitude_m.unwrap_or(0.0);
-        let mut altitude_m = 0.0;
-        // Sine and cosine of each wave at the node, turned on from node to node.
-        let mut waves = [(0.0, 1.0); BANDS];
-        let turns = WAVE_NUMBERS_PM.map(|k| sin_cos(k * SPACING_M));
-        let mut short = self.mean[SHORT] * exp(-at_m / SHORT_LENGTH_M);
-        profile.fill(model, exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), || {
+        let table = &mut self.table;
+        for excess in table.excess.iter_mut().skip(table.found).take(NODES_PER_FRAME) {
+            let altitude_m = table.found as f64 * SPACING_M;
             let mut log_ratio = self.mean[0] + self.mean[1] * slope_of(altitude_m);
             for i in 0..BANDS {
-                let (sine, cosine) = waves[i];
-                let (turn_sine, turn_cosine) = turns[i];
+                let (sine, cosine) = table.waves[i];
+                let (turn_sine, turn_cosine) = table.turns[i];
                 log_ratio += self.mean[2 + 2 * i] * sine + self.mean[3 + 2 * i] * cosine;
-                waves[i] = (sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine);
+                table.waves[i] = (sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine);
             }
-            log_ratio += short;
-            altitude_m += SPACING_M;
-            short = self.mean[SHORT] * exp(-crate::math::num::abs(at_m - altitude_m) / SHORT_LENGTH_M);
-            exp(clamp(log_ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO))
-        });
+            let away_m = abs(at_m - altitude_m);
+            if away_m < SHORT_REACH_M {
+                log_ratio += self.mean[SHORT] * exp(-away_m / SHORT_LENGTH_M);
+            }
+            *excess = (exp(clamp(log_ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO)) - 1.0) as f32;
+            table.found += 1;
+        }
+    }
+
+    /// The air of the table, and the lift.
+    #[inline(never)] // once a second
+    pub fn publish(&self, model: &OnboardModel, profile: &mut AirProfile) {
+        profile.fill(model, exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), &self.table.excess);
     }
 }
 

@@ -25,22 +25,29 @@ use super::turn::BankState;
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
 pub const MAX_EVALUATIONS: u16 = 2400;
-/// Runge–Kutta steps in one minor frame, at most.
-pub const STEPS_PER_FRAME: u32 = 14;
-/// Predictor steps in one minor frame, at least: before its first step a slice costs as much as a tenth of one.
-const SHORTEST_SLICE: u32 = 3;
-/// Predictor steps that cost as much as one step of the propagation, which flies the bank control as well.
-const PROPAGATION_COST: u32 = 3;
+/// Work of one predictor step, the unit of quotas being a quarter of it, and of one in which the bank turns.
+pub const STEP_WORK: u32 = 4;
+const TURNING_STEP_WORK: u32 = 7;
+/// Work in one minor frame, at most.
+pub const WORK_PER_FRAME: u32 = 50;
+/// The same where coefficients go by Mach number, which makes an evaluation cost half as much again: a cycle may then make
+/// 1,344 evaluations.
+const WORK_PER_FRAME_BY_MACH: u32 = 28;
+/// Work in one minor frame, at least: before its first step a slice costs as much as a tenth of one.
+const SHORTEST_SLICE: u32 = 12;
+/// Work of one step of the propagation, which flies the bank control as well.
+const PROPAGATION_WORK: u32 = 12;
 /// Minor frames that one step of the propagation to the instant of effect covers.
 const PROPAGATION_FRAMES: u32 = 10;
-/// Minor frames in the second half of a cycle.
-const HALF_A_SECOND: u32 = FRAMES_PER_SECOND / 2;
+/// Minor frames of a cycle in which predictions are made that were not to be expected.
+const LATER_FRAMES: u32 = FRAMES_PER_SECOND * 3 / 5;
 /// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
 const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 
 // The frame before the effect must not be needed: 48 frames finish even the longest cycle.
-const _: () =
-    assert!(STEPS_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 >= MAX_EVALUATIONS as u32);
+const _: () = assert!(
+    WORK_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 / STEP_WORK >= MAX_EVALUATIONS as u32
+);
 
 /// What a cycle needs besides its own state; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -116,8 +123,8 @@ pub struct Cycle {
     cos_bank: f64,
     flown: heapless::Vec<Flown, MAX_PREDICTIONS>,
     evaluations: u16,
-    /// Steps of the prediction under way, and of the longest so far.
-    steps: u32,
+    /// Work of the prediction under way, and of the longest so far.
+    work: u32,
     longest: u32,
     finished: bool,
 }
@@ -143,18 +150,18 @@ impl Cycle {
             cos_bank: 0.0,
             flown: heapless::Vec::new(),
             evaluations: 0,
-            steps: 0,
+            work: 0,
             longest: 0,
             finished: false,
         }
     }
 
-    /// Computes on, for at most the cost of `steps` predictor steps, but at least one.
-    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>, probe: &mut impl Probe) {
-        let mut left = steps;
+    /// Computes on until so much work is done, but at least one step.
+    pub fn advance(&mut self, work: u32, context: &CycleContext<'_>, probe: &mut impl Probe) {
+        let mut left = work;
         while self.frames_left > 0 && left > 0 {
             self.propagate(context);
-            left = left.saturating_sub(PROPAGATION_COST);
+            left = left.saturating_sub(PROPAGATION_WORK);
         }
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
         let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
@@ -166,9 +173,9 @@ impl Cycle {
             if self.flying.is_none() {
                 self.take_off(&model, context, probe);
             }
-            let (steps, ended) = self.fly_on(left, &model, step_s, context);
+            let (work, ended) = self.fly_on(left, &model, step_s, context);
             probe.kernel_done(Kernel::Predictor, u32::from(self.evaluations.saturating_sub(before)));
-            left = left.saturating_sub(steps);
+            left = left.saturating_sub(work);
             if ended {
                 self.land(context);
             }
@@ -176,27 +183,26 @@ impl Cycle {
         }
     }
 
-    /// The quota that makes the predictions to be expected in the first half of the second, and finishes the cycle just in
+    /// The quota that makes the prediction to be expected in the first two fifths of the second, and finishes the cycle just in
     /// time if every prediction allowed is made, each as long as the longest so far, of this cycle or, `longest_before`, of
     /// the one before: so all frames of a second cost about the same.
     #[must_use]
-    pub fn quota(&self, frames_left: u32, longest_before: u32) -> u32 {
-        let longest = longest_before.max(self.longest).max(self.steps + 1);
-        let count = |n: usize| u32::try_from(n).unwrap_or(0);
-        let expected = if self.start.slope_m.is_some() { 1 } else { 2 };
-        let soon = count(usize::saturating_sub(expected, self.flown.len()));
-        let early = soon > 0 && frames_left > HALF_A_SECOND;
-        let (to_make, frames_left) = if early {
-            (soon, frames_left - HALF_A_SECOND)
+    pub fn quota(&self, frames_left: u32, longest_before: u32, model: &OnboardModel) -> u32 {
+        let longest = longest_before.max(self.longest).max(self.work + STEP_WORK);
+        // With a slope remembered one prediction is enough, most of the time.
+        let soon = self.start.slope_m.is_some() && self.flown.is_empty();
+        let (to_make, frames_left) = if soon && frames_left > LATER_FRAMES {
+            (1, frames_left - LATER_FRAMES)
         } else {
-            (count(self.corrector.max_predictions().saturating_sub(self.flown.len())), frames_left)
+            (self.corrector.max_predictions().saturating_sub(self.flown.len()), frames_left)
         };
-        let propagation = PROPAGATION_COST * self.frames_left.div_ceil(PROPAGATION_FRAMES);
-        let cost = propagation + (longest * to_make).saturating_sub(self.steps);
-        cost.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, STEPS_PER_FRAME)
+        let propagation = PROPAGATION_WORK * self.frames_left.div_ceil(PROPAGATION_FRAMES);
+        let work = propagation + (longest * u32::try_from(to_make).unwrap_or(0)).saturating_sub(self.work);
+        let most = if model.aero.depends_on_mach() { WORK_PER_FRAME_BY_MACH } else { WORK_PER_FRAME };
+        work.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, most)
     }
 
-    /// Steps of the longest prediction, finished or not.
+    /// Work of the longest prediction, finished or not.
     #[must_use]
     pub fn longest_prediction(&self) -> u32 {
         self.longest
@@ -231,8 +237,8 @@ impl Cycle {
         self.frames_left -= frames;
     }
 
-    /// At most so many steps of the prediction under way: how many, and whether they reach its end. Finishes the cycle
-    /// when there is none or no evaluation is left.
+    /// So much work at the prediction under way, or a step more: how much, and whether it reaches the end. Finishes the
+    /// cycle when there is none or no evaluation is left.
     #[inline]
     fn fly_on(
         &mut self,
@@ -247,16 +253,17 @@ impl Cycle {
             self.finished = true;
             return (0, false);
         };
-        let (mut steps, mut ended) = (0, false);
+        let (mut work, mut steps, mut ended) = (0, 0, false);
         let (before, steering) = (prediction.evaluations(), context.steering.as_ref());
-        while steps < most.min(u32::from(affordable)) && !ended {
+        while work < most && steps < affordable && !ended {
             ended = prediction.step(model, step_s, &context.stop, steering);
+            work += if prediction.is_turning() { TURNING_STEP_WORK } else { STEP_WORK };
             steps += 1;
         }
         self.evaluations = self.evaluations.saturating_add(prediction.evaluations().saturating_sub(before));
-        self.steps += steps;
-        self.longest = self.longest.max(self.steps);
-        (steps, ended)
+        self.work += work;
+        self.longest = self.longest.max(self.work);
+        (work, ended)
     }
 
     /// Starts the next prediction, if there is one to make and evaluations to make it with.
@@ -288,7 +295,7 @@ impl Cycle {
     fn land(&mut self, context: &CycleContext<'_>) {
         let cos_bank = self.cos_bank;
         let Some(end) = self.flying.take().map(|prediction| prediction.end()) else { return };
-        self.steps = 0;
+        self.work = 0;
         let beyond_rad = match &context.steering {
             Some(_) => end.beyond_rad(&context.target_p),
             None => end.beyond_along_arc_rad(&self.start.state, &context.target_p),

@@ -50,9 +50,13 @@ use segments::Segments;
 use steering::{Sight, Steering};
 use turn::BankState;
 
-/// Steps that the first cycle expects a prediction to take: half of what it is allowed. One that takes more is noticed
-/// while it is flown, and the quota grows.
-const LONGEST_PREDICTION: u32 = cycle::MAX_EVALUATIONS as u32 / 32;
+/// Work that the first cycle expects of a prediction: half of what it is allowed. One that takes more is noticed while it
+/// is flown, and the quota grows.
+const LONGEST_PREDICTION: u32 = cycle::STEP_WORK * cycle::MAX_EVALUATIONS as u32 / 32;
+
+/// Minor frame of a second in which the table of air is begun, and that in which it is put to use: 27 lie between.
+const TABLE_BEGINS: u32 = FRAMES_PER_SECOND - 29;
+const TABLE_ENDS: u32 = FRAMES_PER_SECOND - 1;
 
 /// Altitude whose density stands for that of the flight beyond a cut, m: where most of the speed is lost.
 const REMAINDER_ALTITUDE_M: f64 = 15e3;
@@ -198,7 +202,7 @@ pub struct Guidance {
     side: f64,
     cycle: Slot<Cycle>,
     cycles: u32,
-    /// Steps of the longest prediction of the cycle before.
+    /// Work of the longest prediction of the cycle before.
     longest_prediction: u32,
     second: u32,
     reversals: u8,
@@ -257,7 +261,7 @@ impl Guidance {
         self.reversals
     }
 
-    /// One minor frame. The cost is bounded: [`STEPS_PER_FRAME`](cycle::STEPS_PER_FRAME) predictor steps and a little more.
+    /// One minor frame. The cost is bounded: [`WORK_PER_FRAME`](cycle::WORK_PER_FRAME), a dozen predictor steps, and a little more.
     ///
     /// `Standby` and `Coast` hold the initial bank, `RangeControl` runs cycles, `HeadingAlignment` steers in every frame,
     /// `DegradedRangeControl` keeps the last command, `DegradedHeadingAlignment` flies lift-up, `Deployed` commands zero.
@@ -288,14 +292,18 @@ impl Guidance {
         output
     }
 
-    /// Learns the air, and tabulates it in the last frame of a second for the cycle that begins in the next.
+    /// Learns the air, and tabulates it in the second half of a second for the cycle that begins in the next.
     fn learn(&mut self, input: &GuidanceInput<'_>) {
         let context = &input.context;
-        let last = input.frame % FRAMES_PER_SECOND == FRAMES_PER_SECOND - 1;
+        let frame = input.frame % FRAMES_PER_SECOND;
         if context.learns() {
             self.adaptation.observe(input.estimate, context.model, context.force_noise_mps2);
-            if last {
-                self.adaptation.tabulate(input.context.model, &mut self.air);
+            // No cycle needs the air in the last frame.
+            match frame {
+                TABLE_BEGINS => self.adaptation.begin_table(),
+                TABLE_ENDS => self.adaptation.publish(input.context.model, &mut self.air),
+                frame if frame > TABLE_BEGINS => self.adaptation.continue_table(),
+                _ => {}
             }
         }
     }
@@ -332,7 +340,7 @@ impl Guidance {
         if let (Some(cycle), false) = (self.cycle.get_mut(), input.shed) {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
-            let quota = cycle.quota(frames_left, self.longest_prediction);
+            let quota = cycle.quota(frames_left, self.longest_prediction, input.context.model);
             cycle.advance(quota, &context, probe);
         }
     }

@@ -231,6 +231,13 @@ impl Prediction {
         self.evaluations
     }
 
+    /// Whether the bank turned in the last step, which makes it dearer.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn is_turning(&self) -> bool {
+        self.pilot.is_some_and(|pilot| pilot.is_turning())
+    }
+
     /// The last point reached.
     fn last(&self) -> &Node {
         let [even, odd] = &self.nodes;

@@ -66,6 +66,12 @@ impl Pilot {
         self.bank.bank_rad
     }
 
+    /// Whether the bank turned in the last step.
+    #[inline(always)]
+    pub(super) fn is_turning(&self) -> bool {
+        self.turn.is_some()
+    }
+
     /// Decides the bank over the next step: its length, s, and the banks at its start, middle and end.
     #[inline(never)] // once in a step
     pub(super) fn plan(&mut self, node: &Node, step_s: f64, steering: &Steering<'_>, banks: &mut [Bank; 3]) -> f64 {

@@ -75,12 +75,12 @@ impl fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Why received bytes are no packet.
+/// Why received bytes are no packet. Numbered from one, so that "none of them" is zero: memory cleared at boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reject {
     /// More bytes than any frame has, without a delimiter.
-    Overflow,
+    Overflow = 1,
     /// The stuffing is inconsistent: the frame ends inside a block.
     Cobs,
     /// The checksum does not match, or the frame is too short to hold one.
@@ -105,13 +105,18 @@ impl core::error::Error for Reject {}
 impl RejectCounters {
     /// Counts a rejected frame under its cause.
     pub fn count(&mut self, reject: Reject) {
-        let counter = match reject {
+        let counter = self.of(reject);
+        *counter = counter.saturating_add(1);
+    }
+
+    /// The counter of a cause.
+    pub(crate) fn of(&mut self, reject: Reject) -> &mut u32 {
+        match reject {
             Reject::Overflow => &mut self.overflow,
             Reject::Cobs => &mut self.cobs,
             Reject::Crc => &mut self.crc,
             Reject::Decode => &mut self.decode,
-        };
-        *counter = counter.saturating_add(1);
+        }
     }
 }
 
@@ -127,19 +132,48 @@ pub fn encode_frame<'o, P: Serialize>(frame: &Frame<P>, out: &'o mut FrameBytes)
 ///
 /// # Errors
 /// [`EncodeError::TooLong`] when the value needs more than [`MAX_PAYLOAD`] bytes.
+///
+/// The payload is written where it stands on the wire, behind the first code byte, and stuffed there: no byte is moved.
 pub fn encode<'o, T: Serialize + ?Sized>(value: &T, out: &'o mut FrameBytes) -> Result<&'o [u8], EncodeError> {
-    let mut body = [0u8; MAX_BODY];
-    let payload_len = {
-        let room = body.get_mut(..MAX_PAYLOAD).ok_or(EncodeError::TooLong)?;
-        postcard::to_slice(value, room).map_err(|_| EncodeError::TooLong)?.len()
-    };
-    let (payload, rest) = body.split_at_mut_checked(payload_len).ok_or(EncodeError::TooLong)?;
-    let checksum = CRC32.checksum(payload).to_le_bytes();
-    rest.first_chunk_mut::<CRC_BYTES>().ok_or(EncodeError::TooLong)?.copy_from_slice(&checksum);
-    let body = body.get(..payload_len + CRC_BYTES).ok_or(EncodeError::TooLong)?;
-    let stuffed = cobs::try_encode(body, out).map_err(|_| EncodeError::TooLong)?;
-    *out.get_mut(stuffed).ok_or(EncodeError::TooLong)? = DELIMITER;
-    out.get(..=stuffed).ok_or(EncodeError::TooLong)
+    let room = out.get_mut(1..=MAX_PAYLOAD).ok_or(EncodeError::TooLong)?;
+    let payload = postcard::to_slice(value, room).map_err(|_| EncodeError::TooLong)?.len();
+    let end = seal(payload, out).ok_or(EncodeError::TooLong)?;
+    out.get(..end).ok_or(EncodeError::TooLong)
+}
+
+/// Makes a frame of the payload of this length behind the first byte: checksum, stuffing, delimiter. The length of the
+/// frame; `None` when it does not fit, which [`MAX_FRAME`] excludes.
+fn seal(payload: usize, out: &mut FrameBytes) -> Option<usize> {
+    let (covered, rest) = out.get_mut(1..)?.split_at_mut_checked(payload)?;
+    *rest.first_chunk_mut::<CRC_BYTES>()? = CRC32.checksum(covered).to_le_bytes();
+    let end = stuff(1 + payload + CRC_BYTES, out)?;
+    *out.get_mut(end)? = DELIMITER;
+    Some(end + 1)
+}
+
+/// Stuffs the bytes from the second to before `end`, in place; the first becomes a code. Every zero gives its place to
+/// the code of the block behind it. Only after a full block, of 254 bytes without a zero, the rest moves on by one.
+/// The new end.
+fn stuff(mut end: usize, out: &mut FrameBytes) -> Option<usize> {
+    let mut code = 0;
+    // Each turn ends a block: at most one for every byte.
+    loop {
+        let data = out.get(code + 1..end)?;
+        let block = data.get(..FULL_BLOCK_BYTES).unwrap_or(data);
+        let length = block.iter().position(|byte| *byte == 0).unwrap_or(block.len());
+        let (next, last) = (code + 1 + length, length == data.len());
+        *out.get_mut(code)? = u8::try_from(length + 1).ok()?;
+        if last {
+            return Some(end);
+        }
+        if length == FULL_BLOCK_BYTES {
+            end += 1;
+            // Not `rotate_right`, which keeps a panic.
+            let mut before = 0;
+            out.get_mut(next..end)?.iter_mut().for_each(|byte| core::mem::swap(byte, &mut before));
+        }
+        code = next;
+    }
 }
 
 /// Decodes the payload of a frame whose checksum has been verified.
@@ -170,6 +204,12 @@ pub(crate) struct Stretches {
 impl Stretches {
     pub(crate) const fn new() -> Self {
         Self { begun: [0; LONGEST_STRETCH], length: 0, skipping: false }
+    }
+
+    /// Whether the next byte begins a stretch.
+    #[inline(always)]
+    pub(crate) const fn is_between(&self) -> bool {
+        self.length == 0 && !self.skipping
     }
 
     /// Takes bytes off the front of `bytes` up to and including the next delimiter. `Some` for what lies before it, or
@@ -230,6 +270,13 @@ fn split_at_delimiter(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     Some((stretch, rest.get(1..)?))
 }
 
+/// How many bytes both begin with, four at a time: up to three fewer than there are.
+pub(crate) fn common_prefix(one: &[u8], other: &[u8]) -> usize {
+    let ((a, _), (b, _)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
+    let same = |(a, b): &(&[u8; WORD], &[u8; WORD])| u32::from_le_bytes(**a) == u32::from_le_bytes(**b);
+    WORD * a.iter().zip(b).take_while(same).count()
+}
+
 /// Takes stretches too short for any frame off the front of `bytes`, where one begins; how many. At the end of the bytes
 /// a few are left.
 pub(crate) fn skip_runts(bytes: &mut &[u8]) -> u32 {
@@ -262,6 +309,7 @@ const fn zeros_of(bytes: [u8; WORD]) -> u32 {
 }
 
 /// Whether both hold the same bytes, four at a time.
+#[inline(always)]
 pub(crate) fn are_same(one: &[u8], other: &[u8]) -> bool {
     let ((a, a_rest), (b, b_rest)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
     one.len() == other.len()
@@ -472,6 +520,10 @@ mod tests {
             wire.truncate(len);
             prop_assert!(len < wire_len(body.len()));
             wire.push(0);
+            let mut ours = [0xEE; MAX_FRAME];
+            ours[1..=body.len()].copy_from_slice(&body);
+            let end = seal(body.len(), &mut ours).unwrap();
+            prop_assert_eq!(&ours[..end], &wire, "as an independent encoder stuffs it");
             prop_assert_eq!(results(&mut Decoder::new(), &wire), std::vec![Ok(body)]);
         }
 

@@ -6,11 +6,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::framing::{
-    Body, DELIMITER, EncodeError, FrameBytes, MAX_FRAME, Reject, SHORTEST_STRETCH, Stretches, are_same, copy, decode,
-    encode_frame, skip_runts,
+    Body, DELIMITER, EncodeError, FrameBytes, MAX_FRAME, Reject, SHORTEST_STRETCH, Stretches, are_same, common_prefix,
+    copy, decode, encode_frame, skip_runts,
 };
 use super::packet::{Downlink, Frame, RejectCounters, Uplink};
-use super::sequence::SequenceMonitor;
+use super::sequence::{Arrival, SequenceMonitor};
 use crate::time::MissionTime;
 
 /// What the link needs to know of its packets.
@@ -74,9 +74,11 @@ impl Sender {
 pub struct Receiver<P> {
     stretches: Stretches,
     body: Body,
-    /// The last packet used, as it came, with its delimiter; none, of length zero, after one that may be repeated.
+    /// The last frame judged, as it came, with its delimiter; none, of length zero, after one that may be repeated.
     last: [u8; MAX_FRAME],
     last_length: usize,
+    /// Why it was no packet.
+    verdict: Option<Reject>,
     sequence: SequenceMonitor,
     packet: PhantomData<P>,
 }
@@ -96,6 +98,7 @@ impl<P: Packet> Receiver<P> {
             body: Body::new(),
             last: [0; MAX_FRAME],
             last_length: 0,
+            verdict: None,
             sequence: SequenceMonitor::new(),
             packet: PhantomData,
         }
@@ -108,6 +111,9 @@ impl<P: Packet> Receiver<P> {
 
     /// Takes bytes off the front of `bytes` up to the end of a frame; `Some` when that is a packet that is to be used.
     pub fn take(&mut self, bytes: &mut &[u8], counters: &mut RejectCounters) -> Option<Frame<P>> {
+        if self.stretches.is_between() && self.skip_repeated(bytes, counters) {
+            return None;
+        }
         let mut rest = *bytes;
         let stretch = self.stretches.take(&mut rest);
         *bytes = bytes.get(bytes.len() - rest.len()..).unwrap_or_default();
@@ -125,47 +131,57 @@ impl<P: Packet> Receiver<P> {
             counters.crc = counters.crc.saturating_add(runts);
             return None;
         }
-        // So is a flood of doubles: the same bytes need no checksum and no decoding to be the same packet.
-        if self.last_length == stretch.len() + 1 && self.last.get(..stretch.len()).is_some_and(|l| are_same(l, stretch))
-        {
-            counters.duplicate = counters.duplicate.saturating_add(1);
-            skip_doubles(self.last.get(..self.last_length).unwrap_or_default(), bytes, counters);
-            return None;
-        }
-        let frame = match self.body.unstuffed(stretch).and_then(decode::<Frame<P>>) {
-            Ok(frame) => frame,
-            Err(reject) => {
-                counters.count(reject);
-                return None;
-            }
-        };
-        let opens_session = frame.packet.opens_session();
-        if opens_session {
-            self.sequence.restart();
-        }
-        if !self.sequence.observe(frame.sequence, counters).is_new() {
-            return None;
-        }
-        // A greeting that comes again is answered again.
-        self.last_length = if opens_session { 0 } else { stretch.len() + 1 };
+        self.last_length = stretch.len() + 1;
         copy(&mut self.last, stretch);
         if let Some(end) = self.last.get_mut(stretch.len()) {
             *end = DELIMITER;
         }
+        self.verdict = None;
+        let frame = match self.body.unstuffed(stretch).and_then(decode::<Frame<P>>) {
+            Ok(frame) => frame,
+            Err(reject) => {
+                self.verdict = Some(reject);
+                counters.count(reject);
+                return None;
+            }
+        };
+        if frame.packet.opens_session() {
+            // A greeting that comes again is answered again.
+            self.last_length = 0;
+            self.sequence.restart();
+        }
+        let arrival = self.sequence.observe(frame.sequence, counters);
+        if arrival == Arrival::Reordered {
+            // Told from a restart of the sender by those that follow.
+            self.last_length = 0;
+        }
+        if !arrival.is_new() {
+            return None;
+        }
         counters.accepted = counters.accepted.saturating_add(1);
         Some(frame)
     }
-}
 
-/// Takes repetitions of the last packet used off the front of `bytes`.
-fn skip_doubles(last: &[u8], bytes: &mut &[u8], counters: &mut RejectCounters) {
-    // Each turn takes a byte or more.
-    while let Some((frame, rest)) = bytes.split_at_checked(last.len())
-        && !last.is_empty()
-        && are_same(frame, last)
-    {
-        counters.duplicate = counters.duplicate.saturating_add(1);
-        *bytes = rest;
+    /// Takes repetitions of the last frame judged off the front of `bytes`, and counts them; whether there are any. A flood
+    /// of repetitions is to cost little: what has been judged need not be judged again.
+    #[inline]
+    fn skip_repeated(&self, bytes: &mut &[u8], counters: &mut RejectCounters) -> bool {
+        let length = self.last_length;
+        let (Some((first, behind)), Some(last)) = (bytes.split_at_checked(length), self.last.get(..length)) else {
+            return false;
+        };
+        if length == 0 || !are_same(first, last) {
+            return false;
+        }
+        // Bytes that equal those one frame before them repeat it further.
+        let repeated = if behind.is_empty() { 1 } else { 1 + common_prefix(bytes, behind) / length };
+        *bytes = bytes.get(repeated * length..).unwrap_or_default();
+        let counter = match self.verdict {
+            Some(reject) => counters.of(reject),
+            None => &mut counters.duplicate,
+        };
+        *counter = counter.saturating_add(u32::try_from(repeated).unwrap_or(u32::MAX));
+        true
     }
 }
 
@@ -222,6 +238,23 @@ mod tests {
         let up = wire(&mut Sender::new(), Uplink::Hello(Hello::ours(1)));
         let (mut receiver, mut counters) = (Receiver::new(), RejectCounters::default());
         assert_eq!(receive(&mut receiver, &[up.clone(), up].concat(), &mut counters), [0, 0]);
+    }
+
+    #[test]
+    fn a_damaged_frame_that_comes_again_is_counted_again_under_its_cause() {
+        let mut damaged = wire(&mut Sender::new(), Uplink::Imu(Imu::default()));
+        let last_of_checksum = damaged.len() - 2;
+        damaged[last_of_checksum] ^= 0x10;
+        let good = wire(&mut Sender::new(), Uplink::Imu(Imu::default()));
+        let (mut receiver, mut counters) = (Receiver::<Uplink>::new(), RejectCounters::default());
+        let stream = [damaged.repeat(5), good.repeat(3), damaged.repeat(2)].concat();
+        let mut rest = stream.as_slice();
+        let mut used = 0;
+        while !rest.is_empty() {
+            used += u32::from(receiver.take(&mut rest, &mut counters).is_some());
+        }
+        assert_eq!(used, 1);
+        assert_eq!(counters, RejectCounters { accepted: 1, crc: 7, duplicate: 2, ..Default::default() });
     }
 
     #[test]

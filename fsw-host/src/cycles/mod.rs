@@ -48,7 +48,9 @@ pub enum CycleError {
         package: &'static str,
     },
     /// The plugin has not been built.
-    #[error("the block-counting plugin is missing: cargo build --release --package qemu-blocks")]
+    #[error(
+        "the block-counting plugin is not there and could not be built: cargo build --release --package qemu-blocks"
+    )]
     MissingPlugin,
     /// A QEMU built without plugins.
     #[error("{0} cannot load plugins: install Debian's package qemu-system-arm, which can")]

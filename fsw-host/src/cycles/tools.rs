@@ -5,12 +5,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use serde::Deserialize;
+
 use super::CycleError;
 
 /// Debian's package with the disassembler and the pipeline simulator.
 pub const LLVM_PACKAGE: &str = "llvm-19";
 /// The disassembler, of the simulator's version, so that the one reads what the other writes.
 pub const DISASSEMBLER: &str = "llvm-objdump-19";
+/// File of the plugin.
+const PLUGIN: &str = "libqemu_blocks.so";
 
 /// What a program printed.
 pub struct Output {
@@ -54,12 +58,43 @@ pub fn disassemble(image: &Path) -> Result<String, CycleError> {
     Ok(run(DISASSEMBLER, arguments, Vec::new())?.stdout)
 }
 
-/// The plugin, which cargo leaves beside this program.
+/// The plugin: built from the sources where they are, else what lies beside this program.
 pub fn plugin() -> Result<PathBuf, CycleError> {
-    let program = std::env::current_exe().ok();
-    let folders = program.iter().flat_map(|program| program.ancestors().skip(1).take(2));
-    let candidates = folders.map(|folder| folder.join("libqemu_blocks.so"));
-    candidates.into_iter().find(|path| path.is_file()).ok_or(CycleError::MissingPlugin)
+    match crate::target::image::workspace() {
+        Ok(workspace) => build_plugin(&workspace),
+        Err(_) => beside_this_program().ok_or(CycleError::MissingPlugin),
+    }
+}
+
+fn build_plugin(workspace: &Path) -> Result<PathBuf, CycleError> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let build = Command::new(cargo)
+        .current_dir(workspace)
+        .args(["build", "--release", "--package", "qemu-blocks", "--message-format", "json-render-diagnostics"])
+        .stdin(Stdio::null())
+        .output();
+    let Some(output) = build.ok().filter(|output| output.status.success()) else {
+        return beside_this_program().ok_or(CycleError::MissingPlugin);
+    };
+    library(&output.stdout).ok_or(CycleError::MissingPlugin)
+}
+
+/// The library that cargo's messages name.
+fn library(messages: &[u8]) -> Option<PathBuf> {
+    #[derive(Deserialize)]
+    struct Message {
+        #[serde(default)]
+        filenames: Vec<PathBuf>,
+    }
+    let messages = messages.split(|byte| *byte == b'\n');
+    let mut files = messages.filter_map(|line| serde_json::from_slice::<Message>(line).ok()).flat_map(|m| m.filenames);
+    files.rfind(|path| path.file_name() == Some(OsStr::new(PLUGIN)))
+}
+
+fn beside_this_program() -> Option<PathBuf> {
+    let program = std::env::current_exe().ok()?;
+    let folders = program.ancestors().skip(1).take(2);
+    folders.map(|folder| folder.join(PLUGIN)).find(|path| path.is_file())
 }
 
 /// Makes sure that a QEMU can load plugins at all.

@@ -66,7 +66,10 @@ impl Image {
 }
 
 /// The workspace that this program was built from, if it still has a firmware.
-fn workspace() -> Result<PathBuf, TargetError> {
+///
+/// # Errors
+/// The sources are not where they were.
+pub fn workspace() -> Result<PathBuf, TargetError> {
     let ours = Path::new(env!("CARGO_MANIFEST_DIR"));
     let workspace = ours.parent().unwrap_or(ours).to_owned();
     if workspace.join("firmware/Cargo.toml").is_file() { Ok(workspace) } else { Err(TargetError::NoSources(workspace)) }

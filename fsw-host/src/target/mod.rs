@@ -7,7 +7,7 @@ pub mod bench;
 mod board_log;
 mod computer;
 mod error;
-mod image;
+pub mod image;
 mod qemu;
 mod remote;
 

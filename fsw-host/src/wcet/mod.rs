@@ -115,7 +115,7 @@ pub fn run(args: &WcetArgs) -> Result<bool, HostError> {
         (target::measure(&bench, &flights, &bar)?, None)
     };
     drop(bar);
-    let mut report = report(target.name(), target::granularity(target), Some(image.sha256.clone()), &flown, true);
+    let mut report = report(Some(target), target::granularity(target), Some(image.sha256.clone()), &flown);
     if let Some(estimate) = estimate {
         estimate.enter(&mut report);
     }
@@ -132,7 +132,7 @@ fn on_host(args: &WcetArgs, visible: bool) -> Result<bool, HostError> {
     let bar = Bar::new(visible, flights.len());
     let flown = host::measure(&flights, &INTERRUPTED, &bar)?;
     drop(bar);
-    publish(args, &report("host", host::GRANULARITY, None, &flown, false))?;
+    publish(args, &report(None, host::GRANULARITY, None, &flown))?;
     Ok(true)
 }
 
@@ -172,12 +172,13 @@ fn image(args: &WcetArgs, target: Target, visible: bool) -> Result<Image, HostEr
     }
 }
 
-fn report(target: &str, unit: &str, image_sha256: Option<String>, flown: &[Flown], budgeted: bool) -> Report {
-    let rows = table::rows(flown, budgeted);
+fn report(place: Option<Target>, unit: &str, image_sha256: Option<String>, flown: &[Flown]) -> Report {
+    let rows = table::rows(flown, place);
     // The names are those of instructions.
-    let metrics = if budgeted { table::metrics(flown, &rows) } else { BTreeMap::new() };
+    let metrics = if place.is_some() { table::metrics(flown, &rows) } else { BTreeMap::new() };
     let flights = flown.iter().map(summary).collect();
-    Report { target: target.to_owned(), unit: unit.to_owned(), image_sha256, metrics, rows, flights, cycles: None }
+    let target = place.map_or("host", |target| target.name()).to_owned();
+    Report { target, unit: unit.to_owned(), image_sha256, metrics, rows, flights, cycles: None }
 }
 
 fn summary(flown: &Flown) -> FlightSummary {

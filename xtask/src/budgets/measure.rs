@@ -40,7 +40,10 @@ pub fn of_image(inspection: &Inspection) -> Figures {
 pub fn of_flights(shell: &Shell, target: Target) -> Result<Figures> {
     let name = target.name;
     // It fails when a budget is broken; here the figures are judged.
-    let command = cmd!(shell, "cargo run --quiet --release --package fsw-host -- wcet --target {name} --json");
+    // The reference computer alone has a model of its cycles.
+    let cycles = target.has_cycle_model.then_some("--cycles");
+    let command =
+        cmd!(shell, "cargo run --quiet --release --package fsw-host -- wcet --target {name} --json {cycles...}");
     let text = command.quiet().ignore_status().read()?;
     parse(&text, name).with_context(|| format!("what aeroshell wcet --target {name} --json printed"))
 }

@@ -30,12 +30,14 @@ pub struct Target {
     /// As commands call it.
     pub name: &'static str,
     pub triple: &'static str,
+    /// Whether cycles can be estimated, not only instructions counted.
+    pub has_cycle_model: bool,
 }
 
 /// Every one.
 pub const TARGETS: [Target; 2] = [
-    Target { name: "m7", triple: "thumbv7em-none-eabihf" },
-    Target { name: "rv64", triple: "riscv64gc-unknown-none-elf" },
+    Target { name: "m7", triple: "thumbv7em-none-eabihf", has_cycle_model: true },
+    Target { name: "rv64", triple: "riscv64gc-unknown-none-elf", has_cycle_model: false },
 ];
 
 /// The image that flies.
