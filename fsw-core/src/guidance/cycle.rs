@@ -99,6 +99,8 @@ pub struct CycleResult {
     pub bank_rad: f64,
     /// Downrange error predicted for it, m, positive beyond the target.
     pub error_m: f64,
+    /// How far beyond the end of the path the target lies to the side that the path began on, m.
+    pub aside_m: f64,
     /// Peaks of the loads on the predicted path nearest to it.
     pub peaks: Peaks,
     /// How the search ended.
@@ -109,6 +111,8 @@ pub struct CycleResult {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Flown {
     sample: Sample,
+    /// How far the target lies to the side of the end that the path began on, m.
+    aside_m: f64,
     peaks: Peaks,
 }
 
@@ -313,7 +317,8 @@ impl Cycle {
         if self.corrector.next().is_some() {
             self.corrector.take(sample);
         }
-        let _ = self.flown.push(Flown { sample, peaks: end.peaks });
+        let aside_m = end.aside_rad(&context.target_p).map_or(0.0, |aside| self.start.side * aside * radius_m);
+        let _ = self.flown.push(Flown { sample, aside_m, peaks: end.peaks });
     }
 
     /// The prediction that best answers the search, with its outcome.
@@ -350,6 +355,7 @@ impl Cycle {
         let unbounded = CycleResult {
             bank_rad: bank_of(self.refined(&best.sample)),
             error_m: best.sample.error_m,
+            aside_m: best.aside_m,
             peaks: best.peaks,
             outcome,
         };
@@ -369,6 +375,7 @@ impl Cycle {
         Some(CycleResult {
             bank_rad: bank_of(best.sample.cos_bank + share * (relief.sample.cos_bank - best.sample.cos_bank)),
             error_m: best.sample.error_m + share * (relief.sample.error_m - best.sample.error_m),
+            aside_m: best.aside_m,
             peaks: if share > 0.5 { relief.peaks } else { best.peaks },
             outcome: CycleOutcome::Constrained,
         })

@@ -2,7 +2,7 @@
 //!
 //! * [`cycle`] the resumable 1 Hz computation: [`predictor`] flies the onboard model to the trigger, [`corrector`] finds
 //!   the bank that ends at the target, [`constraints`] bounds it. * [`course`], [`lateral`] on which side to bank.
-//! * [`density`] how much of the navigated density is believed. * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
+//! * [`reach`] whether the target can be reached. * [`density`] how much of the navigated density is believed. * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
 //!
 //! ```text
 //! frame 50 k        estimate ──► cycle starts: propagated to frame 50 (k+1) under the bank in force
@@ -21,6 +21,7 @@ pub mod density;
 pub mod heading;
 pub mod lateral;
 pub mod predictor;
+pub mod reach;
 pub mod segments;
 pub mod steering;
 pub mod tables;
@@ -32,8 +33,8 @@ use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
     ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
-use crate::math::fun::{acos, cos, ln, sin_cos};
-use crate::math::num::{abs, clamp, wrap_angle};
+use crate::math::fun::{cos, ln, sin_cos};
+use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
 use crate::probe::{Kernel, NoProbe, Probe};
@@ -46,6 +47,7 @@ use course::Course;
 use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
+use reach::Reach;
 use segments::Segments;
 use steering::{Sight, Steering};
 use turn::BankState;
@@ -60,9 +62,6 @@ const TABLE_ENDS: u32 = FRAMES_PER_SECOND - 1;
 
 /// Altitude whose density stands for that of the flight beyond a cut, m: where most of the speed is lost.
 const REMAINDER_ALTITUDE_M: f64 = 15e3;
-
-/// A target that the best bank misses by more than this is called out of reach, m: less may still be won or lost by the air.
-const UNREACHABLE_MISS_M: f64 = 1e3;
 
 /// Parameters and model that guidance flies with; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -190,7 +189,7 @@ pub struct GuidanceOutput {
     pub telemetry: Option<GuidanceTlm>,
     /// A bank reversal was commanded: the new bank, rad.
     pub reversal: Option<f64>,
-    /// The target has just gone out of reach: predicted downrange error, m.
+    /// The target has just gone out of reach: predicted miss, m; see [`Reach::judge`].
     pub unreachable_m: Option<f64>,
 }
 
@@ -206,7 +205,7 @@ pub struct Guidance {
     longest_prediction: u32,
     second: u32,
     reversals: u8,
-    out_of_reach: bool,
+    reach: Reach,
     alignment: Alignment,
     adaptation: Adaptation,
     air: AirProfile,
@@ -240,7 +239,7 @@ impl Guidance {
             longest_prediction: 0,
             second: 0,
             reversals: 0,
-            out_of_reach: false,
+            reach: Reach::NEW,
             alignment: Alignment::NEW,
             adaptation: Adaptation::DORMANT,
             air: AirProfile::NONE,
@@ -373,20 +372,13 @@ impl Guidance {
     fn terminal(&self, course: &Course, input: &GuidanceInput<'_>) -> CycleResult {
         let (estimate, context) = (input.estimate, &input.context);
         let (sine, cosine) = sin_cos(context.model.vehicle.trim_angle_of_attack_rad);
-        let (error_m, cos_bank) = apollo::Terminal {
+        apollo::Terminal {
             speed_mps: estimate.speed_mps,
             climb_mps: course.up.dot(&estimate.v_p),
             drag_mps2: -estimate.specific_force_b.dot(&Vec3::new(cosine, 0.0, sine)),
             range_to_go_m: course.range_m(&context.target_p(), context.model.planet.radius_m),
         }
-        .command();
-        let (low, high) = (cos(context.guidance.max_bank_rad), cos(context.guidance.min_bank_rad));
-        CycleResult {
-            bank_rad: acos(clamp(cos_bank, low, high)),
-            error_m,
-            peaks: constraints::Peaks::default(),
-            outcome: CycleOutcome::Converged,
-        }
+        .command(cos(context.guidance.max_bank_rad), cos(context.guidance.min_bank_rad))
     }
 
     fn cycle_start(&self, input: &GuidanceInput<'_>) -> CycleStart {
@@ -421,12 +413,7 @@ impl Guidance {
             self.reversals = self.reversals.saturating_add(1);
             output.reversal = Some(self.command_rad);
         }
-        let at_a_limit = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long);
-        let out_of_reach = at_a_limit && abs(result.error_m) > UNREACHABLE_MISS_M;
-        if out_of_reach && !self.out_of_reach {
-            output.unreachable_m = Some(result.error_m);
-        }
-        self.out_of_reach = out_of_reach;
+        output.unreachable_m = self.reach.judge(result);
     }
 
     /// Heading alignment: a new command in every frame, a report once a second.

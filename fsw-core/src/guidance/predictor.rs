@@ -10,7 +10,7 @@
 //! 5.5 km longer from entry.
 
 use crate::frames::{PlanetFixed, Vec3};
-use crate::math::fun::{atan2, sin_cos};
+use crate::math::fun::{asin, atan2, sin_cos};
 use crate::math::num::{clamp, min};
 use crate::model::entry::cartesian_rates_and_flow;
 
@@ -60,6 +60,14 @@ pub struct PathEnd {
 }
 
 impl PathEnd {
+    /// How far to the right of the last course the target (unit vector) lies, as an angle at the planet's centre, rad.
+    #[must_use]
+    pub fn aside_rad(&self, target_p: &Vec3<PlanetFixed>) -> Option<f64> {
+        let [x, y, z, vx, vy, vz] = self.state;
+        let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz))?;
+        Some(asin(clamp(target_p.dot(&course.right), -1.0, 1.0)))
+    }
+
     /// How far beyond the target (unit vector) the path ends, along its last course, as an angle at the planet's centre, rad.
     #[must_use]
     pub fn beyond_rad(&self, target_p: &Vec3<PlanetFixed>) -> Option<f64> {
