@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::study::StudyCommand;
 use crate::sweep::Range;
 use crate::target::Target;
 
@@ -30,6 +31,9 @@ pub enum Command {
     Campaign(CampaignArgs),
     /// Set finished campaigns side by side.
     Compare(CompareArgs),
+    /// Repeat an experiment of the papers and set our figures beside theirs.
+    #[command(subcommand)]
+    Study(StudyCommand),
     /// Vary one field of a scenario over a range.
     Sweep(SweepArgs),
     /// Show what a vehicle can reach, and the entry corridor.

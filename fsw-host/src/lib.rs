@@ -25,6 +25,7 @@ pub mod report;
 pub mod runfolder;
 pub mod scenarios;
 pub mod screen;
+pub mod study;
 pub mod summary;
 pub mod sweep;
 pub mod tables;

@@ -18,7 +18,7 @@ use crate::runfolder::write_whole;
 use reference::Reference;
 
 /// P4's waypoints: longitude, latitude, deg.
-const WAYPOINTS_DEG: [[f64; 2]; 3] = [[-84.0, -43.24], [-80.0, -42.71], [-76.0, -42.07]];
+pub(crate) const WAYPOINTS_DEG: [[f64; 2]; 3] = [[-84.0, -43.24], [-80.0, -42.71], [-76.0, -42.07]];
 
 /// Runs the command.
 ///
