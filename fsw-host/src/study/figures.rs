@@ -1,6 +1,7 @@
 //! P4's plots: heading offset against its threshold (Fig. 2 and 3), trajectories (4 and 5), deploy points (6 and 7).
 
-use fsw_core::link::packet::EventKind;
+use fsw_core::guidance::tables::SEGMENTS;
+use fsw_core::link::packet::{EventKind, GuidanceTlm};
 use fsw_core::units::deg;
 
 use super::points::DeployPoint;
@@ -8,6 +9,7 @@ use super::{Flown, Mode};
 use crate::campaign::report::misses::{curve, curve_of};
 use crate::campaign::summary::ascending;
 use crate::cli::GuidanceName;
+use crate::record::{FlightRecord, TruthSample};
 use crate::report::{Anchor, Axis, Figure, Ink, Layer, Mark, Panel, Point};
 use crate::tables::WAYPOINTS_DEG;
 
@@ -48,9 +50,9 @@ fn legend(modes: &[Flown]) -> Vec<(Mark, Ink, String)> {
 pub fn offset(flown: &Flown) -> Figure {
     let nominal = &flown.nominal;
     let cycles = || nominal.record.guidance.iter().map(|(_, g)| g).filter(|g| g.heading_threshold_m > 0.0);
-    let time = |g: &fsw_core::link::packet::GuidanceTlm| g.effective.as_s();
-    let speed = |g: &fsw_core::link::packet::GuidanceTlm| -nominal.speed_at_mps(g.effective.as_s());
-    let panel = |panel: Panel, x: &dyn Fn(&fsw_core::link::packet::GuidanceTlm) -> f64, reversals: Vec<f64>| {
+    let time = |g: &GuidanceTlm| g.effective.as_s();
+    let speed = |g: &GuidanceTlm| -nominal.speed_at_mps(g.effective.as_s());
+    let panel = |panel: Panel, x: &dyn Fn(&GuidanceTlm) -> f64, reversals: Vec<f64>| {
         let threshold = |g| -> f64 { f64::abs(g) * 1e-3 };
         let band = cycles().map(|g| (x(g), -threshold(g.heading_threshold_m), threshold(g.heading_threshold_m)));
         panel
@@ -61,29 +63,72 @@ pub fn offset(flown: &Flown) -> Figure {
     let times = reversals(flown);
     let speeds = times.iter().map(|t| -nominal.speed_at_mps(*t)).collect();
     let y = || Axis::fit("offset χ, km").symmetric();
-    let segments = if matches!(flown.mode.0, GuidanceName::Segmented) {
-        " It is that of the waypoint ahead and jumps where the next one is taken."
+    let segmented = matches!(flown.mode.0, GuidanceName::Segmented);
+    let (about, more) = if segmented {
+        (
+            " This mode's logic looks at the waypoint ahead instead.",
+            Some((Mark::Line, Ink::Orange, "to the waypoint".into())),
+        )
     } else {
-        ""
+        ("", None)
     };
+    let ahead = if segmented { to_waypoints(&nominal.record) } else { Vec::new() };
+    let by_speed = ahead.iter().map(|(t, km)| (-nominal.speed_at_mps(*t), *km)).collect();
+    let plural = if nominal.reversals == 1 { "" } else { "s" };
+    let legend = [
+        (Mark::Line, Ink::Blue, "offset to the target".into()),
+        (Mark::Band, Ink::Green, "threshold".into()),
+        (Mark::Instant, Ink::Purple, "reversal".into()),
+    ];
     Figure {
         title: titles(flown.mode).0,
         caption: format!(
             "Undispersed flight. The paper's crossrange is the heading offset to the target, positive when it lies to \
-             the right; a reversal is due when it leaves the threshold. {} reversals.{segments}",
+             the right; a reversal is due when it leaves the threshold. {} reversal{plural}.{about}",
             nominal.reversals
         ),
-        legend: vec![
-            (Mark::Line, Ink::Blue, "heading offset".into()),
-            (Mark::Band, Ink::Green, "threshold".into()),
-            (Mark::Instant, Ink::Purple, "reversal".into()),
-        ],
+        legend: legend.into_iter().chain(more).collect(),
         panels: vec![
-            panel(Panel::new(Axis::fit("time, s"), y(), 220), &time, times),
-            panel(Panel::new(Axis::fit("planet-relative speed, m/s").negated(), y(), 220), &speed, speeds),
+            panel(Panel::new(Axis::fit("time, s"), y(), 220), &time, times).line(ahead, Ink::Orange),
+            panel(Panel::new(Axis::fit("planet-relative speed, m/s").negated(), y(), 220), &speed, speeds)
+                .line(by_speed, Ink::Orange),
         ],
         missing: "Guidance did not control the bank in this flight.",
     }
+}
+
+/// Heading offset to the waypoint ahead, (s, km), from the true states at the guidance cycles; the waypoint is left when
+/// it lies behind or its speed has been passed, as the flight software does. Nothing once only the target is left.
+fn to_waypoints(record: &FlightRecord) -> Vec<Point> {
+    let mut ahead = SEGMENTS.iter().peekable();
+    let mut line: Vec<Point> = Vec::new();
+    for sample in record.truth.iter().step_by(fsw_core::time::FRAMES_PER_SECOND as usize) {
+        let speed_mps = sample.speed_mps;
+        while let Some(segment) = ahead.peek() {
+            let [range_rad, left_rad] =
+                course_to(sample, f64::from(segment.longitude_rad), f64::from(segment.latitude_rad));
+            if speed_mps > f64::from(segment.speed_mps) && left_rad.cos() > 0.0 {
+                // χ = asin(sin S sin Δψ) R, P4 §3.3.
+                let offset_m = (range_rad.sin() * left_rad.sin()).asin() * record.facts.planet.radius_m;
+                line.push((sample.time_s, offset_m * 1e-3));
+                break;
+            }
+            ahead.next();
+            // The next waypoint is another curve.
+            line.push((sample.time_s, f64::NAN));
+        }
+    }
+    line
+}
+
+/// Great-circle range to a point, rad, and its azimuth less the heading, rad.
+fn course_to(sample: &TruthSample, longitude_rad: f64, latitude_rad: f64) -> [f64; 2] {
+    let (sin_here, cos_here) = sample.latitude_rad.sin_cos();
+    let (sin_there, cos_there) = latitude_rad.sin_cos();
+    let (sin_east, cos_east) = (longitude_rad - sample.longitude_rad).sin_cos();
+    let (east, north) = (cos_there * sin_east, cos_here * sin_there - sin_here * cos_there * cos_east);
+    let along = sin_here * sin_there + cos_here * cos_there * cos_east;
+    [east.hypot(north).atan2(along), east.atan2(north) - sample.heading_rad]
 }
 
 /// Times of the reversals of a nominal flight, s.
@@ -93,7 +138,7 @@ fn reversals(flown: &Flown) -> Vec<f64> {
 }
 
 /// A path through the truth of a nominal flight.
-fn path(flown: &Flown, point: impl Fn(&crate::record::TruthSample) -> Point) -> Vec<Point> {
+fn path(flown: &Flown, point: impl Fn(&TruthSample) -> Point) -> Vec<Point> {
     let truth = &flown.nominal.record.truth;
     let every = truth.len().div_ceil(PATH_POINTS).max(1);
     truth.iter().step_by(every).chain(truth.last()).map(point).collect()
@@ -106,9 +151,9 @@ pub fn altitude(modes: &[Flown]) -> Figure {
     let whole = modes
         .iter()
         .fold(axes(300), |panel, m| panel.line(path(m, |s| (s.speed_mps, s.altitude_m * 1e-3)), ink(m.mode)));
-    let end = Panel::new(Axis::fixed("planet-relative speed, m/s", 400.0, 1_000.0), Axis::fit("altitude, km"), 240);
+    let end = Panel::new(Axis::fixed("planet-relative speed, m/s", 400.0, 1_050.0), Axis::fit("altitude, km"), 240);
     let late = |m: &Flown| {
-        path(m, |s| if s.speed_mps < 1_000.0 { (s.speed_mps, s.altitude_m * 1e-3) } else { (f64::NAN, f64::NAN) })
+        path(m, |s| if s.speed_mps < 1_050.0 { (s.speed_mps, s.altitude_m * 1e-3) } else { (f64::NAN, f64::NAN) })
     };
     let deployed = |m: &Flown| m.nominal.record.summary.deploy.map(|d| (d.speed_mps, d.altitude_m * 1e-3));
     let end = modes.iter().fold(end, |panel, m| {
@@ -251,5 +296,26 @@ pub fn distribution(modes: &[Flown]) -> Figure {
         legend,
         panels: vec![panel],
         missing: "No run deployed.",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_course_to_a_point_is_that_of_the_sphere() {
+        let here = |heading_rad: f64| TruthSample {
+            longitude_rad: 0.3,
+            latitude_rad: 0.0,
+            heading_rad,
+            ..TruthSample::default()
+        };
+        let quarter = std::f64::consts::FRAC_PI_2;
+        // Along the equator to the east, flown to the north: a right angle to the right.
+        let [range, right] = course_to(&here(0.0), 0.4, 0.0);
+        assert!((range - 0.1).abs() < 1e-12 && (right - quarter).abs() < 1e-12);
+        let [range, right] = course_to(&here(quarter), 0.3, 0.2);
+        assert!((range - 0.2).abs() < 1e-12 && (right + quarter).abs() < 1e-12);
     }
 }

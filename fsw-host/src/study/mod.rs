@@ -167,6 +167,9 @@ fn scenario(args: &StudyArgs, mode: Mode) -> Result<Scenario, HostError> {
     let campaign = campaign_of(args, mode, None);
     let scenario = Scenario::resolve(&campaign.scenario, &campaign.selection.sets(&campaign.common.set))?;
     scenario.check_reach().map_err(|e| ScenarioError { message: format!("{}: {e}", args.config) })?;
+    // What cannot be flown is refused before a folder is made.
+    campaign::identify(&campaign, &scenario)?;
+    hil_sim::session::Conductor::new(&scenario, args.seed, 0, false)?;
     Ok(scenario)
 }
 

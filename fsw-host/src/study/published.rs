@@ -293,3 +293,110 @@ pub fn table(lines: &[Line], modes: &[&str]) -> String {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::statistics::wilson;
+    use crate::campaign::summary::Within;
+    use crate::record::End;
+    use crate::record::tests::facts;
+    use crate::recorder::{FlightId, Recorder};
+    use crate::study::nominal::Nominal;
+    use crate::study::points::DeployPoint;
+    use crate::study::{MODES, Mode};
+
+    fn flown(mode: Mode, evaluations: u32, downrange_m: [f64; 3]) -> Flown {
+        let record = Recorder::new(facts(), FlightId::default(), 1.0).finish(End::Deployed, 0.0);
+        let nominal = Nominal {
+            outcome: "deployed".into(),
+            miss_m: Some(12.0),
+            downrange_error_m: None,
+            crossrange_error_m: None,
+            deploy_altitude_m: Some(7_654.0),
+            reversals: 3,
+            cycles: 10,
+            predictions: 30,
+            evaluations,
+            guidance_wall_s: f64::from(evaluations) * 1e-6,
+            predictor_wall_s: 0.0,
+            record,
+        };
+        let point = |downrange_error_m: f64| DeployPoint {
+            run: 0,
+            longitude_deg: 0.0,
+            latitude_deg: 0.0,
+            altitude_m: 7e3,
+            speed_mps: 450.0,
+            miss_m: downrange_error_m.abs(),
+            downrange_error_m,
+            crossrange_error_m: 0.0,
+            reversals: 3.0,
+            cycles: 10.0,
+            evaluations_per_cycle: f64::from(evaluations) / 10.0,
+        };
+        let within_pct = Within { km5: wilson(2, 3), ..Within::default() };
+        Flown {
+            mode,
+            nominal,
+            summary: crate::campaign::summary::Summary { within_pct, ..Default::default() },
+            points: downrange_m.map(point).to_vec(),
+            facts: facts(),
+            command: String::new(),
+            is_whole: true,
+        }
+    }
+
+    fn lines() -> Vec<Line> {
+        compare(&[flown(MODES[0], 4_000, [-1e3, 2e3, f64::NAN]), flown(MODES[1], 1_000, [3e3, -3e3, 3e3])])
+    }
+
+    fn line(quantity: &str) -> Line {
+        lines().into_iter().find(|line| line.quantity == quantity).unwrap()
+    }
+
+    #[test]
+    fn ratios_are_to_the_full_predictor_corrector() {
+        for quantity in ["nominal: that time, of full", "nominal: evaluations, of full", "runs: evaluations, of full"] {
+            let ours: Vec<_> = line(quantity).ours.iter().map(|f| f.value.unwrap()).collect();
+            assert!((ours[0] - 1.0).abs() < 1e-12 && (ours[1] - 0.25).abs() < 1e-12, "{quantity}: {ours:?}");
+        }
+    }
+
+    #[test]
+    fn errors_are_averaged_without_their_sign_over_the_runs_that_deployed() {
+        let ours = line("runs: mean |downrange error|, km").ours;
+        assert!((ours[0].value.unwrap() - 1.5).abs() < 1e-12 && (ours[1].value.unwrap() - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_papers_figures_are_those_of_its_text() {
+        let said = |quantity: &str| [0, 1].map(|which| line(quantity).said(which));
+        assert_eq!(said("runs within 5 km, %"), ["98", "86"]);
+        assert_eq!(said("runs within 10 km, %"), ["100", "100"]);
+        assert_eq!(said("nominal: time of guidance, s"), ["3.601", "1.824"]);
+        assert_eq!(said("nominal: that time, of full"), ["1", "0.507"]);
+        assert_eq!(said("nominal: deploy altitude, km"), ["7.8", "–"]);
+        assert_eq!(said("nominal: bank reversals"), ["–", "fewer"]);
+        for line in lines() {
+            let is_said = line.published.iter().any(|said| *said != NOTHING);
+            assert_eq!(is_said, !line.source.is_empty(), "{}: what the paper says, it says somewhere", line.quantity);
+        }
+    }
+
+    #[test]
+    fn a_share_shows_its_bounds_and_a_gap_a_dash() {
+        let share = line("runs within 5 km, %");
+        assert_eq!(share.text(&share.ours[0]), "66.7 [20.8 … 93.9]");
+        let gap = line("runs within 10 km, %");
+        assert_eq!(gap.text(&gap.ours[0]), "–");
+    }
+
+    #[test]
+    fn the_table_has_a_row_for_every_line_and_a_column_for_every_mode() {
+        let text = table(&lines(), &["paper", "segmented"]);
+        assert_eq!(text.lines().count(), QUESTIONS.len() + 1);
+        let head = text.lines().next().unwrap();
+        assert!(head.contains("P4 full   P4 segmented") && head.contains("paper") && head.ends_with("P4 says it in"));
+    }
+}
