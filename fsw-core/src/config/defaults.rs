@@ -138,8 +138,9 @@ const GUIDANCE: GuidanceParameters = GuidanceParameters {
     alignment_gain_ps: 0.05,
     alignment_max_bank_rad: rad(60.0),
     alignment_freeze_range_m: 3_000.0,
-    late_alignment_speed_mps: 650.0,
+    late_alignment_speed_mps: 600.0,
     range_alignment_speed_mps: 1_000.0,
+    reversal_share: 0.25,
 };
 
 /// Above the nominal peaks of about 9 g, 0.5 MW/m² and 10 kPa with margin for steep and dense entries.

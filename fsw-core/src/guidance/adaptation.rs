@@ -342,3 +342,138 @@ fn basis(altitude_m: f64) -> Row {
     }
     row
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::frames::PlanetFixed;
+
+    fn model() -> OnboardModel {
+        let c = Config::DEFAULT;
+        OnboardModel::new(c.planet, &c.vehicle, &[], &c.atmosphere, &[]).unwrap()
+    }
+
+    /// What a vehicle feels that falls through air of this log-ratio with this lift over drag over that of the model.
+    fn felt(model: &OnboardModel, altitude_m: f64, log_ratio: f64, lift_ratio: f64) -> Estimate {
+        let speed_mps = 3e3;
+        let (cd, cl) = model.drag_and_lift_coefficients(altitude_m, speed_mps);
+        let per_coefficient = model.atmosphere.density(altitude_m)
+            * exp(log_ratio)
+            * speed_mps
+            * speed_mps
+            * model.constants().half_area_per_mass_m2pkg;
+        let (sine, cosine) = sin_cos(model.vehicle.trim_angle_of_attack_rad);
+        let (forward, up) = (Vec3::<Body>::new(cosine, 0.0, sine), Vec3::<Body>::new(sine, 0.0, -cosine));
+        Estimate {
+            specific_force_b: up * (per_coefficient * cl * lift_ratio) - forward * (per_coefficient * cd),
+            r_p: Vec3::<PlanetFixed>::new(model.planet.radius_m + altitude_m, 0.0, 0.0),
+            v_p: Vec3::<PlanetFixed>::new(0.0, speed_mps, 0.0),
+            altitude_m,
+            speed_mps,
+            valid: true,
+            ..Estimate::default()
+        }
+    }
+
+    /// Falls from 60 km to an altitude at 100 m/s.
+    fn taught(model: &OnboardModel, to_m: f64, lift_ratio: f64, log_ratio: impl Fn(f64) -> f64) -> Adaptation {
+        let mut adaptation = Adaptation::NEW;
+        let frames = ((60e3 - to_m) / 2.0) as u32;
+        for frame in 0..frames {
+            let h = 60e3 - 2.0 * f64::from(frame);
+            // The force is that of the frame, the altitude that of its end: level flight makes them the same.
+            adaptation.observe(&felt(model, h, log_ratio(h), lift_ratio), model, 1e-3);
+        }
+        adaptation
+    }
+
+    fn air(adaptation: &mut Adaptation, model: &OnboardModel) -> AirProfile {
+        let mut air = AirProfile::NONE;
+        adaptation.begin_table();
+        for _ in 0..RATIO_NODES.div_ceil(NODES_PER_FRAME) {
+            adaptation.continue_table();
+        }
+        adaptation.publish(model, &mut air);
+        air
+    }
+
+    /// Logarithm of the density over that of the model.
+    fn learned(air: &AirProfile, model: &OnboardModel, altitude_m: f64) -> f64 {
+        ln(air.density_kgpm3(altitude_m) / model.atmosphere.density(altitude_m))
+    }
+
+    #[test]
+    fn a_bias_and_a_slope_are_learned_and_go_on_below_the_vehicle() {
+        let model = model();
+        let truth = |h: f64| -0.15 + 0.08 * slope_of(h);
+        let air = air(&mut taught(&model, 25e3, 1.0, truth), &model);
+        for h in [50e3, 25e3, 15e3, 8e3] {
+            assert!((learned(&air, &model, h) - truth(h)).abs() < 0.01, "{h}: {}", learned(&air, &model, h));
+        }
+    }
+
+    #[test]
+    fn a_wave_seen_above_is_expected_below() {
+        let model = model();
+        let truth = |h: f64| 0.04 * (2.0 * core::f64::consts::PI * h / 18e3 + 0.7).sin();
+        let air = air(&mut taught(&model, 18e3, 1.0, truth), &model);
+        for h in [17e3, 15e3, 13e3, 12e3] {
+            let (error, held) = (learned(&air, &model, h) - truth(h), truth(18e3) - truth(h));
+            assert!(error.abs() < 0.5 * held.abs(), "{h}: {error} against {held} with the ratio held");
+        }
+    }
+
+    #[test]
+    fn lift_over_drag_is_learned_apart_from_the_air() {
+        let model = model();
+        let air = air(&mut taught(&model, 30e3, 0.93, |_| 0.1), &model);
+        assert!((air.lift_to_drag() - 0.93).abs() < 1e-3, "{}", air.lift_to_drag());
+        assert!((learned(&air, &model, 30e3) - 0.1).abs() < 2e-3);
+    }
+
+    #[test]
+    fn before_any_drag_is_felt_the_density_of_navigation_stands_in() {
+        let model = model();
+        let mut adaptation = Adaptation::NEW;
+        let thin = Estimate { log_density: -0.2, log_density_sigma: 0.01, ..felt(&model, 110e3, 0.0, 1.0) };
+        for _ in 0..FRAMES_PER_MEASUREMENT {
+            adaptation.observe(&thin, &model, 1e-3);
+        }
+        assert!((learned(&air(&mut adaptation, &model), &model, 30e3) + 0.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn nonsense_is_not_learned_and_the_covariance_stays_symmetric() {
+        let model = model();
+        let mut adaptation = taught(&model, 40e3, 1.0, |_| 0.05);
+        let before = adaptation.mean;
+        let good = felt(&model, 40e3, 0.05, 1.0);
+        let nan = Vec3::<Body>::new(f64::NAN, 0.0, 0.0);
+        for bad in [
+            Estimate { valid: false, ..good },
+            Estimate { altitude_m: f64::NAN, ..good },
+            Estimate { specific_force_b: nan, ..good },
+            Estimate { specific_force_b: good.specific_force_b * -1.0, ..good },
+        ] {
+            for _ in 0..50 {
+                adaptation.observe(&bad, &model, 1e-3);
+            }
+        }
+        assert_eq!(adaptation.mean, before);
+        let p = &adaptation.covariance;
+        assert!((0..STATES).all(|i| p[i][i] > 0.0 && (0..STATES).all(|j| p[i][j] == p[j][i])));
+    }
+
+    #[test]
+    fn a_table_whose_frames_were_skipped_keeps_what_it_knew() {
+        let model = model();
+        let mut adaptation = taught(&model, 30e3, 1.0, |_| 0.1);
+        let whole = air(&mut adaptation, &model);
+        adaptation.begin_table();
+        adaptation.continue_table();
+        let mut partly = AirProfile::NONE;
+        adaptation.publish(&model, &mut partly);
+        assert_eq!(partly, whole);
+    }
+}

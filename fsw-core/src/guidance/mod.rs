@@ -33,7 +33,7 @@ use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
     ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
-use crate::math::fun::{cos, ln, sin_cos};
+use crate::math::fun::{cos, ln, sin, sin_cos};
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
@@ -59,6 +59,9 @@ const LONGEST_PREDICTION: u32 = cycle::STEP_WORK * cycle::MAX_EVALUATIONS as u32
 /// Minor frame of a second in which the table of air is begun, and that in which it is put to use: 27 lie between.
 const TABLE_BEGINS: u32 = FRAMES_PER_SECOND - 29;
 const TABLE_ENDS: u32 = FRAMES_PER_SECOND - 1;
+
+/// Mach number whose lift over drag stands for that of the flight, in the lateral logic.
+const HYPERSONIC_MACH: f64 = 10.0;
 
 /// Altitude whose density stands for that of the flight beyond a cut, m: where most of the speed is lost.
 const REMAINDER_ALTITUDE_M: f64 = 15e3;
@@ -117,6 +120,7 @@ impl<'a> GuidanceContext<'a> {
     }
 
     fn steering(&self) -> Option<Steering<'a>> {
+        let (drag, lift) = self.model.aero.coefficients(HYPERSONIC_MACH);
         (self.mode == GuidanceMode::Aeroshell).then(|| Steering {
             guidance: self.guidance,
             control: self.control,
@@ -124,6 +128,7 @@ impl<'a> GuidanceContext<'a> {
             radius_m: self.model.planet.radius_m,
             alignment_speed_mps: self.alignment_speed_mps(),
             stop_speed_mps: self.deploy.speed_mps,
+            lift_to_drag: lift / drag,
         })
     }
 
@@ -405,7 +410,7 @@ impl Guidance {
     ) {
         let target_p = input.context.point_flown_to(&self.segments);
         let offset_m = course.heading_offset_m(&target_p, input.context.model.planet.radius_m);
-        let threshold_m = lateral::threshold_m(input.estimate.speed_mps, input.context.guidance);
+        let threshold_m = threshold_m(course, result.bank_rad, input);
         let side = lateral::side(self.side, offset_m, threshold_m);
         self.command_rad = side * result.bank_rad;
         if side != self.side {
@@ -488,7 +493,7 @@ impl Guidance {
         GuidanceTlm {
             range_to_go_m: course.range_m(&target_p, radius_m),
             heading_offset_m: course.heading_offset_m(&target_p, radius_m),
-            heading_threshold_m: lateral::threshold_m(input.estimate.speed_mps, input.context.guidance),
+            heading_threshold_m: threshold_m(course, self.command_rad, input),
             ..self.held(input)
         }
     }
@@ -503,6 +508,19 @@ impl Guidance {
             reversals: self.reversals,
             ..GuidanceTlm::default()
         }
+    }
+}
+
+/// Threshold of the heading offset, m, with a bank.
+#[inline(never)] // twice a second
+fn threshold_m(course: &Course, bank_rad: f64, input: &GuidanceInput<'_>) -> f64 {
+    let (context, speed_mps) = (&input.context, input.estimate.speed_mps);
+    match context.steering() {
+        Some(steering) => {
+            let away = (course.up - context.target_p()).norm();
+            steering.threshold_m(away, speed_mps, sin(bank_rad))
+        }
+        None => lateral::threshold_m(speed_mps, context.guidance),
     }
 }
 

@@ -6,7 +6,7 @@
 //! * lateral: the path ends beside the target, which still lies on the side that was banked to all the way.
 //!
 //! A miss of less than a kilometre may still be won or lost by the air. One cycle proves nothing: an estimate settles, air
-//! is learned, a reversal falls due. So the signs must stand for some cycles, and the verdict stands until they have been
+//! is learned, a reversal falls due. So the signs must stand for three cycles, and the verdict stands until they have been
 //! gone for as many.
 
 use crate::link::packet::CycleOutcome;
@@ -15,11 +15,11 @@ use crate::math::num::{abs, max};
 use super::cycle::CycleResult;
 
 /// A predicted miss that is beyond the reach of guidance, m.
-const BEYOND_M: f64 = 1250.0;
+const BEYOND_M: f64 = 1000.0;
 /// One that is within reach again, m.
-const WITHIN_M: f64 = 625.0;
+const WITHIN_M: f64 = 500.0;
 /// Cycles in a row, nearly, that it takes to give the verdict or to take it back.
-const CYCLES: u8 = 6;
+const CYCLES: u8 = 3;
 
 /// The verdict and the doubts about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn a_search_that_has_not_converged_and_a_small_miss_are_not_out_of_reach() {
         assert_eq!(verdict(&result(CycleOutcome::BestSoFar, -9e3, 0.0)), None);
-        assert_eq!(verdict(&result(CycleOutcome::Short, -1.2e3, 0.0)), None);
+        assert_eq!(verdict(&result(CycleOutcome::Short, -0.9e3, 0.0)), None);
         assert_eq!(verdict(&result(CycleOutcome::Short, f64::NAN, f64::NAN)), None);
     }
 
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn the_verdict_does_not_chatter() {
         let (far, near) = (result(CycleOutcome::Short, -5e3, 0.0), result(CycleOutcome::Converged, 50.0, 0.0));
-        let between = result(CycleOutcome::Short, -1e3, 0.0);
+        let between = result(CycleOutcome::Short, -700.0, 0.0);
         let mut reach = Reach::NEW;
         // Every other cycle: never.
         assert!((0..50).all(|_| reach.judge(&far).is_none() && reach.judge(&near).is_none()));

@@ -297,6 +297,8 @@ pub struct GuidanceParameters {
     pub late_alignment_speed_mps: f64,
     /// Mode `aeroshell`, range trigger: the same, m/s.
     pub range_alignment_speed_mps: f64,
+    /// Mode `aeroshell`: a bank reversal when the heading offset exceeds this share of the crossrange that can be recovered.
+    pub reversal_share: f64,
 }
 
 /// Limits along the path.

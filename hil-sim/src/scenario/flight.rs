@@ -165,6 +165,8 @@ pub struct Guidance {
     pub late_alignment_speed_mps: f64,
     /// Mode `aeroshell`, range trigger: the same.
     pub range_alignment_speed_mps: f64,
+    /// Mode `aeroshell`: a bank reversal when the heading offset exceeds this share of the crossrange still recoverable.
+    pub reversal_share: f64,
     /// Limits along the path.
     pub limits: Limits,
 }
