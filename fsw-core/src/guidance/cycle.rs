@@ -317,7 +317,9 @@ impl Cycle {
         if self.corrector.next().is_some() {
             self.corrector.take(sample);
         }
-        let aside_m = end.aside_rad(&context.target_p).map_or(0.0, |aside| self.start.side * aside * radius_m);
+        // A held prediction banks to one side all the way, or is cut short: where it ends abeam says nothing.
+        let aside_rad = context.steering.and_then(|_| end.aside_rad(&context.target_p));
+        let aside_m = aside_rad.map_or(0.0, |aside| self.start.side * aside * radius_m);
         let _ = self.flown.push(Flown { sample, aside_m, peaks: end.peaks });
     }
 

@@ -3,7 +3,8 @@
 //! Two signs that it cannot, both from the best prediction of a cycle:
 //!
 //! * downrange: the bank is at a limit, and the path still ends short or long;
-//! * lateral: the path ends beside the target, which still lies on the side that was banked to all the way.
+//! * lateral, in mode `aeroshell`: the rehearsed path ends beside the target, which still lies on the side that was banked to
+//!   all the way.
 //!
 //! A miss of less than a kilometre may still be won or lost by the air. One cycle proves nothing: an estimate settles, air
 //! is learned, a reversal falls due. So the signs must stand for three cycles, and the verdict stands until they have been
