@@ -195,6 +195,7 @@ fn block(random: &mut Seeded) -> ParameterBlock {
                 alignment_freeze_range_m: g[14],
                 late_alignment_speed_mps: g[15],
                 range_alignment_speed_mps: g[16],
+                reversal_share: g[17],
             })
         }
         8 => {

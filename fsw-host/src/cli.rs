@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::study::StudyCommand;
 use crate::sweep::Range;
 use crate::target::Target;
 use crate::wcet::args::WcetArgs;
@@ -31,6 +32,9 @@ pub enum Command {
     Campaign(CampaignArgs),
     /// Set finished campaigns side by side.
     Compare(CompareArgs),
+    /// Repeat an experiment of the papers and set our figures beside theirs.
+    #[command(subcommand)]
+    Study(StudyCommand),
     /// Vary one field of a scenario over a range.
     Sweep(SweepArgs),
     /// Show what a vehicle can reach, and the entry corridor.
@@ -41,6 +45,8 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Measure what the flight software costs, per schedule slot and per algorithm, over a set of hard flights.
     Wcet(WcetArgs),
+    /// Make the tables of the guidance modes apollo and segmented-table from the onboard model, as Rust source.
+    GuidanceTables(GuidanceTablesArgs),
     /// Show and check scenarios.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
@@ -292,6 +298,20 @@ pub struct PropagateArgs {
     pub force: bool,
 }
 
+/// Options of `guidance-tables`.
+#[derive(Clone, Debug, Args)]
+pub struct GuidanceTablesArgs {
+    /// Built-in scenario or TOML file.
+    #[arg(default_value = "msl")]
+    pub scenario: String,
+    /// Overrides a field of the scenario; may be repeated.
+    #[arg(long = "set", value_name = "FIELD=VALUE")]
+    pub set: Vec<String>,
+    /// File to write; standard output when left out.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
 /// Options of `replay`.
 #[derive(Clone, Debug, Args)]
 pub struct ReplayArgs {
@@ -365,6 +385,12 @@ pub enum GuidanceName {
     Paper,
     /// The predictor rehearses the flight, in the air that it has learned.
     Aeroshell,
+    /// The paper's predictor-corrector from waypoint to waypoint.
+    Segmented,
+    /// Predictions cut short at the waypoints' speeds, the rest of the range by table.
+    SegmentedTable,
+    /// Terminal-point guidance derived from that of Apollo.
+    Apollo,
 }
 
 impl GuidanceName {
@@ -374,6 +400,9 @@ impl GuidanceName {
         match self {
             Self::Paper => "paper",
             Self::Aeroshell => "aeroshell",
+            Self::Segmented => "segmented",
+            Self::SegmentedTable => "segmented-table",
+            Self::Apollo => "apollo",
         }
     }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use fsw_host::cli::{Cli, Command};
 use fsw_host::error::HostError;
-use fsw_host::{campaign, fly, footprint, propagate, replay, scenarios, sweep, wcet};
+use fsw_host::{campaign, fly, footprint, propagate, replay, scenarios, study, sweep, tables, wcet};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -14,10 +14,12 @@ fn main() -> ExitCode {
         Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Campaign(args)) => campaign::run(&args),
         Some(Command::Compare(args)) => campaign::compare::run(&args),
+        Some(Command::Study(command)) => study::run(&command),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Footprint(args)) => footprint::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::GuidanceTables(args)) => tables::run(&args),
         Some(Command::Wcet(args)) => wcet::run(&args),
         Some(Command::Scenario(command)) => scenarios::run(&command),
     };

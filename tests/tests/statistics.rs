@@ -50,12 +50,12 @@ fn set(name: &str, changes: &[&str]) -> Vec<Flight> {
 
 fn ideal() -> &'static [Flight] {
     static FLIGHTS: OnceLock<Vec<Flight>> = OnceLock::new();
-    FLIGHTS.get_or_init(|| set("msl-ideal", &[]))
+    FLIGHTS.get_or_init(|| set("msl-ideal", &["guidance.mode=paper"]))
 }
 
 fn sensors() -> &'static [Flight] {
     static FLIGHTS: OnceLock<Vec<Flight>> = OnceLock::new();
-    FLIGHTS.get_or_init(|| set("msl", &[]))
+    FLIGHTS.get_or_init(|| set("msl", &["guidance.mode=paper"]))
 }
 
 fn dead_reckoning() -> &'static [Flight] {

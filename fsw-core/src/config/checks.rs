@@ -212,6 +212,7 @@ fn guidance(g: &GuidanceParameters) -> Option<u8> {
         g.alignment_freeze_range_m,
         g.late_alignment_speed_mps,
         g.range_alignment_speed_mps,
+        g.reversal_share,
     ];
     outside(&GUIDANCE, fields)
         .or_else(|| unless(g.prediction_horizon_s <= MAX_HORIZON_STEPS * g.predictor_step_s, 1))

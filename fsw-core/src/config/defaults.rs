@@ -46,9 +46,9 @@ impl Config {
     }
 }
 
-/// P4's algorithms and trigger.
+/// Filter, best guidance and the trigger of P4.
 const MODES: Modes =
-    Modes { navigation: NavigationMode::Ekf, guidance: GuidanceMode::Paper, trigger: TriggerKind::Speed };
+    Modes { navigation: NavigationMode::Ekf, guidance: GuidanceMode::Aeroshell, trigger: TriggerKind::Speed };
 
 /// P4's capsule: ballistic coefficient 121.6 kg/m². Nose radius of the 4.5 m, 70° sphere-cone family.
 const VEHICLE: VehicleParameters = VehicleParameters {
@@ -138,8 +138,9 @@ const GUIDANCE: GuidanceParameters = GuidanceParameters {
     alignment_gain_ps: 0.05,
     alignment_max_bank_rad: rad(60.0),
     alignment_freeze_range_m: 3_000.0,
-    late_alignment_speed_mps: 650.0,
+    late_alignment_speed_mps: 600.0,
     range_alignment_speed_mps: 1_000.0,
+    reversal_share: 0.25,
 };
 
 /// Above the nominal peaks of about 9 g, 0.5 MW/m² and 10 kPa with margin for steep and dense entries.

@@ -87,6 +87,7 @@ impl Config {
             alignment_speed_mps: 0.0,
             late_alignment_speed_mps: 0.0,
             range_alignment_speed_mps: 0.0,
+            reversal_share: 0.0,
             alignment_gain_ps: 0.0,
             alignment_max_bank_rad: 0.0,
             alignment_freeze_range_m: 0.0,

@@ -132,7 +132,7 @@ pub const NAVIGATION: [Limit; 17] = [
     limit("gate_sigma", "1", 0.5, 1e3),
 ];
 /// [`crate::link::parameters::GuidanceParameters`]; the smallest bank lies below the largest.
-pub const GUIDANCE: [Limit; 17] = [
+pub const GUIDANCE: [Limit; 18] = [
     limit("predictor_step_s", "s", 0.1, 20.0),
     limit("prediction_horizon_s", "s", 10.0, 3600.0),
     limit("tolerance_m", "m", 0.1, 1e6),
@@ -150,6 +150,7 @@ pub const GUIDANCE: [Limit; 17] = [
     limit("alignment_freeze_range_m", "m", 0.0, 1e6),
     limit("late_alignment_speed_mps", "m/s", 0.0, 1e4),
     limit("range_alignment_speed_mps", "m/s", 0.0, 1e4),
+    limit("reversal_share", "1", 0.0, 10.0),
 ];
 /// [`crate::link::parameters::ConstraintParameters`].
 pub const CONSTRAINTS: [Limit; 3] = [

@@ -38,11 +38,11 @@ pub const SCHEDULE: [Slot; SLOT_COUNT] = [
     Slot { id: SlotId::Receive, name: "receive", every: 1, offset: 0, budget: 30_000 },
     Slot { id: SlotId::Sensors, name: "sensors", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Navigation, name: "navigation", every: 1, offset: 0, budget: 22_000 },
-    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 24_000 },
+    Slot { id: SlotId::Guidance, name: "guidance", every: 1, offset: 0, budget: 27_000 },
     Slot { id: SlotId::Control, name: "control", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Fault, name: "fault", every: 1, offset: 0, budget: 2_000 },
     Slot { id: SlotId::Telemetry, name: "telemetry", every: 1, offset: 0, budget: 2_000 },
-    Slot { id: SlotId::Transmit, name: "transmit", every: 1, offset: 0, budget: 15_000 },
+    Slot { id: SlotId::Transmit, name: "transmit", every: 1, offset: 0, budget: 13_000 },
 ];
 
 /// Cost that a whole minor frame may have, instructions on the reference computer.

@@ -15,13 +15,13 @@
 
 use crate::frames::{Body, Vec3};
 use crate::math::fun::{exp, ln, sin_cos, sqrt};
-use crate::math::num::{clamp, max};
+use crate::math::num::{abs, clamp, max};
 use crate::model::OnboardModel;
 use crate::model::entry::Environment;
 use crate::nav::Estimate;
 use crate::time::FRAME;
 
-use super::air::{AirProfile, SPACING_M};
+use super::air::{AirProfile, RATIO_NODES, SPACING_M};
 use super::density;
 
 /// Bands of waves.
@@ -39,6 +39,8 @@ const WAVE_SIGMA: f64 = 0.02;
 /// Short process: standard deviation and correlation length, m.
 const SHORT_SIGMA: f64 = 0.004;
 const SHORT_LENGTH_M: f64 = 2_000.0;
+/// Where it has faded to less than a hundredth, m.
+const SHORT_REACH_M: f64 = 5.0 * SHORT_LENGTH_M;
 /// Standard deviation of one measurement beside the noise of the sensor: what neither model nor waves explain.
 const MEASUREMENT_SIGMA: f64 = 0.002;
 /// Standard deviation of the logarithm of lift over drag before anything is measured, and what it may drift per measurement.
@@ -48,6 +50,8 @@ const LIFT_DRIFT: f64 = 1e-4;
 const MIN_DRAG_MPS2: f64 = 0.3;
 /// Minor frames that make one measurement.
 const FRAMES_PER_MEASUREMENT: u32 = 10;
+/// Nodes of the table of air that are found in one minor frame; 27 frames find them all.
+const NODES_PER_FRAME: usize = 3;
 /// Largest logarithm that is believed: a broken sensor must not steer.
 const MAX_LOG_RATIO: f64 = 1.0;
 /// Centre and scale of the slope, m, and the range of z in which it goes on.
@@ -83,6 +87,20 @@ pub struct Adaptation {
     /// Altitude of the last measurement, m; none yet.
     altitude_m: Option<f64>,
     window: Window,
+    table: Tabulation,
+}
+
+/// The table of air in the making: all at once would be the dearest frame of the second.
+#[derive(Clone, Debug, PartialEq)]
+struct Tabulation {
+    /// Nodes found so far.
+    found: usize,
+    /// Sine and cosine of each wave at the next node, turned on from node to node.
+    waves: [(f64, f64); BANDS],
+    /// Sine and cosine of what each wave turns from node to node.
+    turns: [(f64, f64); BANDS],
+    /// Density over that of the model, less one: nothing learned is all zeros.
+    excess: [f32; RATIO_NODES],
 }
 
 /// Sums over the frames of one measurement.
@@ -118,6 +136,12 @@ impl Adaptation {
         lift_variance: 0.0,
         altitude_m: None,
         window: Window { frames: 0, drag_mps2: 0.0, lift_mps2: 0.0, altitude_m: 0.0, speed_mps: 0.0, climb_mps: 0.0 },
+        table: Tabulation {
+            found: 0,
+            waves: [(0.0, 0.0); BANDS],
+            turns: [(0.0, 0.0); BANDS],
+            excess: [0.0; RATIO_NODES],
+        },
     };
 
     /// Becomes [`Self::NEW`] from [`Self::DORMANT`], in place.
@@ -228,7 +252,7 @@ impl Adaptation {
     /// The short process on the way to another altitude.
     #[allow(clippy::indexing_slicing)] // constant index
     fn forget(&mut self, altitude_m: f64) {
-        let moved_m = crate::math::num::abs(altitude_m - self.altitude_m.unwrap_or(altitude_m));
+        let moved_m = abs(altitude_m - self.altitude_m.unwrap_or(altitude_m));
         self.altitude_m = Some(altitude_m);
         let kept = exp(-moved_m / SHORT_LENGTH_M);
         self.mean[SHORT] *= kept;
@@ -239,29 +263,42 @@ impl Adaptation {
         self.covariance[SHORT][SHORT] += SHORT_SIGMA * SHORT_SIGMA * (1.0 - kept * kept);
     }
 
-    /// Tabulates what is believed of air and lift.
+    /// Begins a table of what is believed of the air.
+    pub fn begin_table(&mut self) {
+        self.table.found = 0;
+        self.table.waves = [(0.0, 1.0); BANDS];
+        self.table.turns = WAVE_NUMBERS_PM.map(|k| sin_cos(k * SPACING_M));
+    }
+
+    /// Finds the next few nodes of the table, from the ground up; nothing when all are found.
     #[allow(clippy::indexing_slicing)] // constant indices and counters below BANDS
-    #[inline(never)] // once a second
-    pub fn tabulate(&self, model: &OnboardModel, profile: &mut AirProfile) {
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)] // a small number; a table of single precision
+    #[inline(never)] // once in a frame
+    pub fn continue_table(&mut self) {
         let at_m = self.altitude_m.unwrap_or(0.0);
-        let mut altitude_m = 0.0;
-        // Sine and cosine of each wave at the node, turned on from node to node.
-        let mut waves = [(0.0, 1.0); BANDS];
-        let turns = WAVE_NUMBERS_PM.map(|k| sin_cos(k * SPACING_M));
-        let mut short = self.mean[SHORT] * exp(-at_m / SHORT_LENGTH_M);
-        profile.fill(model, exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), || {
+        let table = &mut self.table;
+        for excess in table.excess.iter_mut().skip(table.found).take(NODES_PER_FRAME) {
+            let altitude_m = table.found as f64 * SPACING_M;
             let mut log_ratio = self.mean[0] + self.mean[1] * slope_of(altitude_m);
             for i in 0..BANDS {
-                let (sine, cosine) = waves[i];
-                let (turn_sine, turn_cosine) = turns[i];
+                let (sine, cosine) = table.waves[i];
+                let (turn_sine, turn_cosine) = table.turns[i];
                 log_ratio += self.mean[2 + 2 * i] * sine + self.mean[3 + 2 * i] * cosine;
-                waves[i] = (sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine);
+                table.waves[i] = (sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine);
             }
-            log_ratio += short;
-            altitude_m += SPACING_M;
-            short = self.mean[SHORT] * exp(-crate::math::num::abs(at_m - altitude_m) / SHORT_LENGTH_M);
-            exp(clamp(log_ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO))
-        });
+            let away_m = abs(at_m - altitude_m);
+            if away_m < SHORT_REACH_M {
+                log_ratio += self.mean[SHORT] * exp(-away_m / SHORT_LENGTH_M);
+            }
+            *excess = (exp(clamp(log_ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO)) - 1.0) as f32;
+            table.found += 1;
+        }
+    }
+
+    /// The air of the table, and the lift.
+    #[inline(never)] // once a second
+    pub fn publish(&self, model: &OnboardModel, profile: &mut AirProfile) {
+        profile.fill(model, exp(clamp(self.lift, -MAX_LOG_RATIO, MAX_LOG_RATIO)), &self.table.excess);
     }
 }
 
@@ -304,4 +341,139 @@ fn basis(altitude_m: f64) -> Row {
         row[3 + 2 * i] = cosine;
     }
     row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::frames::PlanetFixed;
+
+    fn model() -> OnboardModel {
+        let c = Config::DEFAULT;
+        OnboardModel::new(c.planet, &c.vehicle, &[], &c.atmosphere, &[]).unwrap()
+    }
+
+    /// What a vehicle feels that falls through air of this log-ratio with this lift over drag over that of the model.
+    fn felt(model: &OnboardModel, altitude_m: f64, log_ratio: f64, lift_ratio: f64) -> Estimate {
+        let speed_mps = 3e3;
+        let (cd, cl) = model.drag_and_lift_coefficients(altitude_m, speed_mps);
+        let per_coefficient = model.atmosphere.density(altitude_m)
+            * exp(log_ratio)
+            * speed_mps
+            * speed_mps
+            * model.constants().half_area_per_mass_m2pkg;
+        let (sine, cosine) = sin_cos(model.vehicle.trim_angle_of_attack_rad);
+        let (forward, up) = (Vec3::<Body>::new(cosine, 0.0, sine), Vec3::<Body>::new(sine, 0.0, -cosine));
+        Estimate {
+            specific_force_b: up * (per_coefficient * cl * lift_ratio) - forward * (per_coefficient * cd),
+            r_p: Vec3::<PlanetFixed>::new(model.planet.radius_m + altitude_m, 0.0, 0.0),
+            v_p: Vec3::<PlanetFixed>::new(0.0, speed_mps, 0.0),
+            altitude_m,
+            speed_mps,
+            valid: true,
+            ..Estimate::default()
+        }
+    }
+
+    /// Falls from 60 km to an altitude at 100 m/s.
+    fn taught(model: &OnboardModel, to_m: f64, lift_ratio: f64, log_ratio: impl Fn(f64) -> f64) -> Adaptation {
+        let mut adaptation = Adaptation::NEW;
+        let frames = ((60e3 - to_m) / 2.0) as u32;
+        for frame in 0..frames {
+            let h = 60e3 - 2.0 * f64::from(frame);
+            // The force is that of the frame, the altitude that of its end: level flight makes them the same.
+            adaptation.observe(&felt(model, h, log_ratio(h), lift_ratio), model, 1e-3);
+        }
+        adaptation
+    }
+
+    fn air(adaptation: &mut Adaptation, model: &OnboardModel) -> AirProfile {
+        let mut air = AirProfile::NONE;
+        adaptation.begin_table();
+        for _ in 0..RATIO_NODES.div_ceil(NODES_PER_FRAME) {
+            adaptation.continue_table();
+        }
+        adaptation.publish(model, &mut air);
+        air
+    }
+
+    /// Logarithm of the density over that of the model.
+    fn learned(air: &AirProfile, model: &OnboardModel, altitude_m: f64) -> f64 {
+        ln(air.density_kgpm3(altitude_m) / model.atmosphere.density(altitude_m))
+    }
+
+    #[test]
+    fn a_bias_and_a_slope_are_learned_and_go_on_below_the_vehicle() {
+        let model = model();
+        let truth = |h: f64| -0.15 + 0.08 * slope_of(h);
+        let air = air(&mut taught(&model, 25e3, 1.0, truth), &model);
+        for h in [50e3, 25e3, 15e3, 8e3] {
+            assert!((learned(&air, &model, h) - truth(h)).abs() < 0.01, "{h}: {}", learned(&air, &model, h));
+        }
+    }
+
+    #[test]
+    fn a_wave_seen_above_is_expected_below() {
+        let model = model();
+        let truth = |h: f64| 0.04 * (2.0 * core::f64::consts::PI * h / 18e3 + 0.7).sin();
+        let air = air(&mut taught(&model, 18e3, 1.0, truth), &model);
+        for h in [17e3, 15e3, 13e3, 12e3] {
+            let (error, held) = (learned(&air, &model, h) - truth(h), truth(18e3) - truth(h));
+            assert!(error.abs() < 0.5 * held.abs(), "{h}: {error} against {held} with the ratio held");
+        }
+    }
+
+    #[test]
+    fn lift_over_drag_is_learned_apart_from_the_air() {
+        let model = model();
+        let air = air(&mut taught(&model, 30e3, 0.93, |_| 0.1), &model);
+        assert!((air.lift_to_drag() - 0.93).abs() < 1e-3, "{}", air.lift_to_drag());
+        assert!((learned(&air, &model, 30e3) - 0.1).abs() < 2e-3);
+    }
+
+    #[test]
+    fn before_any_drag_is_felt_the_density_of_navigation_stands_in() {
+        let model = model();
+        let mut adaptation = Adaptation::NEW;
+        let thin = Estimate { log_density: -0.2, log_density_sigma: 0.01, ..felt(&model, 110e3, 0.0, 1.0) };
+        for _ in 0..FRAMES_PER_MEASUREMENT {
+            adaptation.observe(&thin, &model, 1e-3);
+        }
+        assert!((learned(&air(&mut adaptation, &model), &model, 30e3) + 0.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn nonsense_is_not_learned_and_the_covariance_stays_symmetric() {
+        let model = model();
+        let mut adaptation = taught(&model, 40e3, 1.0, |_| 0.05);
+        let before = adaptation.mean;
+        let good = felt(&model, 40e3, 0.05, 1.0);
+        let nan = Vec3::<Body>::new(f64::NAN, 0.0, 0.0);
+        for bad in [
+            Estimate { valid: false, ..good },
+            Estimate { altitude_m: f64::NAN, ..good },
+            Estimate { specific_force_b: nan, ..good },
+            Estimate { specific_force_b: good.specific_force_b * -1.0, ..good },
+        ] {
+            for _ in 0..50 {
+                adaptation.observe(&bad, &model, 1e-3);
+            }
+        }
+        assert_eq!(adaptation.mean, before);
+        let p = &adaptation.covariance;
+        assert!((0..STATES).all(|i| p[i][i] > 0.0 && (0..STATES).all(|j| p[i][j] == p[j][i])));
+    }
+
+    #[test]
+    fn a_table_whose_frames_were_skipped_keeps_what_it_knew() {
+        let model = model();
+        let mut adaptation = taught(&model, 30e3, 1.0, |_| 0.1);
+        let whole = air(&mut adaptation, &model);
+        adaptation.begin_table();
+        adaptation.continue_table();
+        let mut partly = AirProfile::NONE;
+        adaptation.publish(&model, &mut partly);
+        assert_eq!(partly, whole);
+    }
 }

@@ -15,30 +15,39 @@ use crate::time::{FRAME, FRAMES_PER_SECOND};
 use super::air::{Adapted, AirProfile};
 use super::constraints::Peaks;
 use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
-use super::course::Course;
 use super::predictor::{
     self, Bank, EVALUATIONS_PER_EVENT, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, State, Stop,
     acceleration, stepped,
 };
 use super::steering::{Pilot, Steering};
+use super::tables::Segment;
 use super::turn::BankState;
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
 pub const MAX_EVALUATIONS: u16 = 2400;
-/// Runge–Kutta steps in one minor frame, at most.
-pub const STEPS_PER_FRAME: u32 = 14;
-/// Predictor steps in one minor frame, at least: before its first step a slice costs as much as a tenth of one.
-const SHORTEST_SLICE: u32 = 3;
-/// Predictor steps that cost as much as one step of the propagation, which flies the bank control as well.
-const PROPAGATION_COST: u32 = 3;
+/// Work of one predictor step, the unit of quotas being a quarter of it, and of one in which the bank turns.
+pub const STEP_WORK: u32 = 4;
+const TURNING_STEP_WORK: u32 = 7;
+/// Work in one minor frame, at most.
+pub const WORK_PER_FRAME: u32 = 50;
+/// The same where coefficients go by Mach number, which makes an evaluation cost half as much again: a cycle may then make
+/// 1,344 evaluations.
+const WORK_PER_FRAME_BY_MACH: u32 = 28;
+/// Work in one minor frame, at least: before its first step a slice costs as much as a tenth of one.
+const SHORTEST_SLICE: u32 = 12;
+/// Work of one step of the propagation, which flies the bank control as well.
+const PROPAGATION_WORK: u32 = 12;
 /// Minor frames that one step of the propagation to the instant of effect covers.
 const PROPAGATION_FRAMES: u32 = 10;
+/// Minor frames of a cycle in which predictions are made that were not to be expected.
+const LATER_FRAMES: u32 = FRAMES_PER_SECOND * 3 / 5;
 /// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
 const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 
 // The frame before the effect must not be needed: 48 frames finish even the longest cycle.
-const _: () =
-    assert!(STEPS_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 >= MAX_EVALUATIONS as u32);
+const _: () = assert!(
+    WORK_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 / STEP_WORK >= MAX_EVALUATIONS as u32
+);
 
 /// What a cycle needs besides its own state; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +68,9 @@ pub struct CycleContext<'a> {
     pub air: &'a AirProfile,
     /// What predictions rehearse; without it they hold their bank.
     pub steering: Option<Steering<'a>>,
+    /// The table that stands for the flight beyond the stop, where predictions are cut short, with the logarithm of the
+    /// density over that of the model.
+    pub remainder: Option<(&'static Segment, f64)>,
 }
 
 /// Where a cycle starts from.
@@ -87,6 +99,8 @@ pub struct CycleResult {
     pub bank_rad: f64,
     /// Downrange error predicted for it, m, positive beyond the target.
     pub error_m: f64,
+    /// How far beyond the end of the path the target lies to the side that the path began on, m.
+    pub aside_m: f64,
     /// Peaks of the loads on the predicted path nearest to it.
     pub peaks: Peaks,
     /// How the search ended.
@@ -97,6 +111,8 @@ pub struct CycleResult {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Flown {
     sample: Sample,
+    /// How far the target lies to the side of the end that the path began on, m.
+    aside_m: f64,
     peaks: Peaks,
 }
 
@@ -105,15 +121,14 @@ struct Flown {
 pub struct Cycle {
     start: CycleStart,
     frames_left: u32,
-    range_to_go_m: f64,
     corrector: Corrector,
     flying: Option<Prediction>,
     /// Cosine of the bank of the prediction under way.
     cos_bank: f64,
     flown: heapless::Vec<Flown, MAX_PREDICTIONS>,
     evaluations: u16,
-    /// Steps of the prediction under way, and of the longest so far.
-    steps: u32,
+    /// Work of the prediction under way, and of the longest so far.
+    work: u32,
     longest: u32,
     finished: bool,
 }
@@ -134,24 +149,23 @@ impl Cycle {
         Self {
             start: *start,
             frames_left: start.frames_to_effect,
-            range_to_go_m: f64::NAN,
             corrector: Corrector::new(&search),
             flying: None,
             cos_bank: 0.0,
             flown: heapless::Vec::new(),
             evaluations: 0,
-            steps: 0,
+            work: 0,
             longest: 0,
             finished: false,
         }
     }
 
-    /// Computes on, for at most the cost of `steps` predictor steps, but at least one.
-    pub fn advance(&mut self, steps: u32, context: &CycleContext<'_>, probe: &mut impl Probe) {
-        let mut left = steps;
+    /// Computes on until so much work is done, but at least one step.
+    pub fn advance(&mut self, work: u32, context: &CycleContext<'_>, probe: &mut impl Probe) {
+        let mut left = work;
         while self.frames_left > 0 && left > 0 {
             self.propagate(context);
-            left = left.saturating_sub(PROPAGATION_COST);
+            left = left.saturating_sub(PROPAGATION_WORK);
         }
         let (shortest, longest) = PREDICTOR_STEP_RANGE_S;
         let step_s = clamp(context.guidance.predictor_step_s, shortest, longest);
@@ -163,9 +177,9 @@ impl Cycle {
             if self.flying.is_none() {
                 self.take_off(&model, context, probe);
             }
-            let (steps, ended) = self.fly_on(left, &model, step_s, context);
+            let (work, ended) = self.fly_on(left, &model, step_s, context);
             probe.kernel_done(Kernel::Predictor, u32::from(self.evaluations.saturating_sub(before)));
-            left = left.saturating_sub(steps);
+            left = left.saturating_sub(work);
             if ended {
                 self.land(context);
             }
@@ -173,18 +187,26 @@ impl Cycle {
         }
     }
 
-    /// The quota that finishes the cycle just in time if every prediction allowed is made and takes as long as the longest
-    /// so far, of this cycle or, `longest_before`, of the one before: so all frames of a second cost about the same.
+    /// The quota that makes the prediction to be expected in the first two fifths of the second, and finishes the cycle just in
+    /// time if every prediction allowed is made, each as long as the longest so far, of this cycle or, `longest_before`, of
+    /// the one before: so all frames of a second cost about the same.
     #[must_use]
-    pub fn quota(&self, frames_left: u32, longest_before: u32) -> u32 {
-        let longest = longest_before.max(self.longest).max(self.steps + 1);
-        let to_make = u32::try_from(self.corrector.max_predictions().saturating_sub(self.flown.len())).unwrap_or(0);
-        let propagation = PROPAGATION_COST * self.frames_left.div_ceil(PROPAGATION_FRAMES);
-        let cost = propagation + (longest * to_make).saturating_sub(self.steps);
-        cost.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, STEPS_PER_FRAME)
+    pub fn quota(&self, frames_left: u32, longest_before: u32, model: &OnboardModel) -> u32 {
+        let longest = longest_before.max(self.longest).max(self.work + STEP_WORK);
+        // With a slope remembered one prediction is enough, most of the time.
+        let soon = self.start.slope_m.is_some() && self.flown.is_empty();
+        let (to_make, frames_left) = if soon && frames_left > LATER_FRAMES {
+            (1, frames_left - LATER_FRAMES)
+        } else {
+            (self.corrector.max_predictions().saturating_sub(self.flown.len()), frames_left)
+        };
+        let propagation = PROPAGATION_WORK * self.frames_left.div_ceil(PROPAGATION_FRAMES);
+        let work = propagation + (longest * u32::try_from(to_make).unwrap_or(0)).saturating_sub(self.work);
+        let most = if model.aero.depends_on_mach() { WORK_PER_FRAME_BY_MACH } else { WORK_PER_FRAME };
+        work.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, most)
     }
 
-    /// Steps of the longest prediction, finished or not.
+    /// Work of the longest prediction, finished or not.
     #[must_use]
     pub fn longest_prediction(&self) -> u32 {
         self.longest
@@ -217,11 +239,10 @@ impl Cycle {
         stepped(&model, &state, &acceleration, step_s, &banks, &mut self.start.state);
         self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
         self.frames_left -= frames;
-        self.range_to_go_m = range_to_go_m(&self.start.state, context);
     }
 
-    /// At most so many steps of the prediction under way: how many, and whether they reach its end. Finishes the cycle
-    /// when there is none or no evaluation is left.
+    /// So much work at the prediction under way, or a step more: how much, and whether it reaches the end. Finishes the
+    /// cycle when there is none or no evaluation is left.
     #[inline]
     fn fly_on(
         &mut self,
@@ -236,16 +257,17 @@ impl Cycle {
             self.finished = true;
             return (0, false);
         };
-        let (mut steps, mut ended) = (0, false);
+        let (mut work, mut steps, mut ended) = (0, 0, false);
         let (before, steering) = (prediction.evaluations(), context.steering.as_ref());
-        while steps < most.min(u32::from(affordable)) && !ended {
+        while work < most && steps < affordable && !ended {
             ended = prediction.step(model, step_s, &context.stop, steering);
+            work += if prediction.is_turning() { TURNING_STEP_WORK } else { STEP_WORK };
             steps += 1;
         }
         self.evaluations = self.evaluations.saturating_add(prediction.evaluations().saturating_sub(before));
-        self.steps += steps;
-        self.longest = self.longest.max(self.steps);
-        (steps, ended)
+        self.work += work;
+        self.longest = self.longest.max(self.work);
+        (work, ended)
     }
 
     /// Starts the next prediction, if there is one to make and evaluations to make it with.
@@ -271,18 +293,22 @@ impl Cycle {
 
     /// Notes what a prediction found; a path without a finite length ends the cycle with what there is.
     ///
-    /// The downrange error is the range flown minus the range to go, both at the reference radius (P4 eq. 2 and 3).
+    /// The downrange error is counted at the reference radius: along the arc from here to the target, or along the last course
+    /// of a path that comes to the target.
     #[inline(never)]
     fn land(&mut self, context: &CycleContext<'_>) {
         let cos_bank = self.cos_bank;
         let Some(end) = self.flying.take().map(|prediction| prediction.end()) else { return };
-        self.steps = 0;
-        let error_m = match &context.steering {
-            Some(_) => {
-                end.beyond_rad(&context.target_p).map_or(f64::NAN, |[ahead, _]| ahead * context.model.planet.radius_m)
-            }
-            None => end.track_rad * context.model.planet.radius_m - self.range_to_go_m,
+        self.work = 0;
+        let beyond_rad = match &context.steering {
+            Some(_) => end.beyond_rad(&context.target_p),
+            None => end.beyond_along_arc_rad(&self.start.state, &context.target_p),
         };
+        let radius_m = context.model.planet.radius_m;
+        let remainder_m = context
+            .remainder
+            .map_or(0.0, |(segment, log_density)| segment.remainder_m(&end.state, radius_m, cos_bank, log_density));
+        let error_m = beyond_rad.map_or(f64::NAN, |beyond| beyond * radius_m) + remainder_m;
         if !error_m.is_finite() {
             self.finished = true;
             return;
@@ -291,7 +317,10 @@ impl Cycle {
         if self.corrector.next().is_some() {
             self.corrector.take(sample);
         }
-        let _ = self.flown.push(Flown { sample, peaks: end.peaks });
+        // A held prediction banks to one side all the way, or is cut short: where it ends abeam says nothing.
+        let aside_rad = context.steering.and_then(|_| end.aside_rad(&context.target_p));
+        let aside_m = aside_rad.map_or(0.0, |aside| self.start.side * aside * radius_m);
+        let _ = self.flown.push(Flown { sample, aside_m, peaks: end.peaks });
     }
 
     /// The prediction that best answers the search, with its outcome.
@@ -328,6 +357,7 @@ impl Cycle {
         let unbounded = CycleResult {
             bank_rad: bank_of(self.refined(&best.sample)),
             error_m: best.sample.error_m,
+            aside_m: best.aside_m,
             peaks: best.peaks,
             outcome,
         };
@@ -347,6 +377,7 @@ impl Cycle {
         Some(CycleResult {
             bank_rad: bank_of(best.sample.cos_bank + share * (relief.sample.cos_bank - best.sample.cos_bank)),
             error_m: best.sample.error_m + share * (relief.sample.error_m - best.sample.error_m),
+            aside_m: best.aside_m,
             peaks: if share > 0.5 { relief.peaks } else { best.peaks },
             outcome: CycleOutcome::Constrained,
         })
@@ -384,13 +415,4 @@ impl Cycle {
     pub fn iterations(&self) -> usize {
         self.corrector.iterations()
     }
-}
-
-/// Range to go at a state, m at the reference radius: great circle (P4 eq. 3), negative once the target lies behind.
-fn range_to_go_m(&[x, y, z, vx, vy, vz]: &State, context: &CycleContext<'_>) -> f64 {
-    let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz));
-    course.map_or(f64::NAN, |course| {
-        let range_m = course.range_m(&context.target_p, context.model.planet.radius_m);
-        if context.target_p.dot(&course.ahead) < 0.0 { -range_m } else { range_m }
-    })
 }

@@ -2,7 +2,7 @@
 //!
 //! * [`cycle`] the resumable 1 Hz computation: [`predictor`] flies the onboard model to the trigger, [`corrector`] finds
 //!   the bank that ends at the target, [`constraints`] bounds it. * [`course`], [`lateral`] on which side to bank.
-//! * [`density`] how much of the navigated density is believed. * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
+//! * [`reach`] whether the target can be reached. * [`density`] how much of the navigated density is believed. * [`heading`] heading alignment below the switch speed. * [`trigger`] when the parachute fires.
 //!
 //! ```text
 //! frame 50 k        estimate ──► cycle starts: propagated to frame 50 (k+1) under the bank in force
@@ -12,6 +12,7 @@
 
 pub mod adaptation;
 pub mod air;
+pub mod apollo;
 pub mod constraints;
 pub mod corrector;
 pub mod course;
@@ -20,7 +21,10 @@ pub mod density;
 pub mod heading;
 pub mod lateral;
 pub mod predictor;
+pub mod reach;
+pub mod segments;
 pub mod steering;
+pub mod tables;
 pub mod trigger;
 pub mod turn;
 
@@ -29,6 +33,7 @@ use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
     ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
+use crate::math::fun::{cos, ln, sin, sin_cos};
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
@@ -42,12 +47,24 @@ use course::Course;
 use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
+use reach::Reach;
+use segments::Segments;
 use steering::{Sight, Steering};
 use turn::BankState;
 
-/// Steps that the first cycle expects a prediction to take: half of what it is allowed. One that takes more is noticed
-/// while it is flown, and the quota grows.
-const LONGEST_PREDICTION: u32 = cycle::MAX_EVALUATIONS as u32 / 32;
+/// Work that the first cycle expects of a prediction: half of what it is allowed. One that takes more is noticed while it
+/// is flown, and the quota grows.
+const LONGEST_PREDICTION: u32 = cycle::STEP_WORK * cycle::MAX_EVALUATIONS as u32 / 32;
+
+/// Minor frame of a second in which the table of air is begun, and that in which it is put to use: 27 lie between.
+const TABLE_BEGINS: u32 = FRAMES_PER_SECOND - 29;
+const TABLE_ENDS: u32 = FRAMES_PER_SECOND - 1;
+
+/// Mach number whose lift over drag stands for that of the flight, in the lateral logic.
+const HYPERSONIC_MACH: f64 = 10.0;
+
+/// Altitude whose density stands for that of the flight beyond a cut, m: where most of the speed is lost.
+const REMAINDER_ALTITUDE_M: f64 = 15e3;
 
 /// Parameters and model that guidance flies with; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +96,23 @@ impl<'a> GuidanceContext<'a> {
         surface_point(self.target.longitude_rad, self.target.latitude_rad)
     }
 
+    /// The segment flown, in the modes that have any.
+    fn segment(&self, segments: &Segments) -> Option<&'static tables::Segment> {
+        let segmented = matches!(self.mode, GuidanceMode::Segmented | GuidanceMode::SegmentedTable);
+        if segmented { segments.flown() } else { None }
+    }
+
+    /// What is flown to: the target, or the next waypoint of mode `segmented`.
+    fn point_flown_to(&self, segments: &Segments) -> Vec3<PlanetFixed> {
+        let waypoint = self.segment(segments).filter(|_| self.mode == GuidanceMode::Segmented);
+        waypoint.map_or_else(|| self.target_p(), tables::Segment::direction_p)
+    }
+
+    /// Whether the air is learned; the paper's designs fly the nominal one, or the one that navigation knows.
+    fn learns(&self) -> bool {
+        !matches!(self.mode, GuidanceMode::Paper | GuidanceMode::Segmented)
+    }
+
     /// Speed below which the heading is aligned, m/s.
     #[must_use]
     pub fn alignment_speed_mps(&self) -> f64 {
@@ -86,6 +120,7 @@ impl<'a> GuidanceContext<'a> {
     }
 
     fn steering(&self) -> Option<Steering<'a>> {
+        let (drag, lift) = self.model.aero.coefficients(HYPERSONIC_MACH);
         (self.mode == GuidanceMode::Aeroshell).then(|| Steering {
             guidance: self.guidance,
             control: self.control,
@@ -93,14 +128,20 @@ impl<'a> GuidanceContext<'a> {
             radius_m: self.model.planet.radius_m,
             alignment_speed_mps: self.alignment_speed_mps(),
             stop_speed_mps: self.deploy.speed_mps,
+            lift_to_drag: lift / drag,
         })
     }
 
-    fn cycle<'b>(&self, air: &'b AirProfile) -> CycleContext<'b>
+    fn cycle<'b>(&self, air: &'b AirProfile, segments: &Segments) -> CycleContext<'b>
     where
         'a: 'b,
     {
+        let segment = self.segment(segments);
+        let at_m = REMAINDER_ALTITUDE_M;
+        let remainder = segment.filter(|_| self.mode == GuidanceMode::SegmentedTable);
         CycleContext {
+            remainder: remainder
+                .map(|segment| (segment, ln(air.density_kgpm3(at_m) / self.model.atmosphere.density(at_m)))),
             air,
             steering: self.steering(),
             model: self.model,
@@ -108,11 +149,11 @@ impl<'a> GuidanceContext<'a> {
             constraints: self.constraints,
             control: self.control,
             stop: Stop {
-                speed_mps: self.deploy.speed_mps,
+                speed_mps: segment.map_or(self.deploy.speed_mps, |segment| f64::from(segment.speed_mps)),
                 radius_m: self.model.planet.radius_m + self.deploy.floor_altitude_m,
                 horizon_s: self.guidance.prediction_horizon_s,
             },
-            target_p: self.target_p(),
+            target_p: self.point_flown_to(segments),
         }
     }
 }
@@ -153,7 +194,7 @@ pub struct GuidanceOutput {
     pub telemetry: Option<GuidanceTlm>,
     /// A bank reversal was commanded: the new bank, rad.
     pub reversal: Option<f64>,
-    /// The target has just gone out of reach: predicted downrange error, m.
+    /// The target has just gone out of reach: predicted miss, m; see [`Reach::judge`].
     pub unreachable_m: Option<f64>,
 }
 
@@ -165,16 +206,17 @@ pub struct Guidance {
     side: f64,
     cycle: Slot<Cycle>,
     cycles: u32,
-    /// Steps of the longest prediction of the cycle before.
+    /// Work of the longest prediction of the cycle before.
     longest_prediction: u32,
     second: u32,
     reversals: u8,
-    out_of_reach: bool,
+    reach: Reach,
     alignment: Alignment,
     adaptation: Adaptation,
     air: AirProfile,
     /// Slope of the downrange error with the cosine of the bank, m.
     slope_m: Option<f64>,
+    segments: Segments,
 }
 
 impl Default for Guidance {
@@ -202,11 +244,12 @@ impl Guidance {
             longest_prediction: 0,
             second: 0,
             reversals: 0,
-            out_of_reach: false,
+            reach: Reach::NEW,
             alignment: Alignment::NEW,
             adaptation: Adaptation::DORMANT,
             air: AirProfile::NONE,
             slope_m: None,
+            segments: Segments::NEW,
         }
     }
 
@@ -222,7 +265,7 @@ impl Guidance {
         self.reversals
     }
 
-    /// One minor frame. The cost is bounded: [`STEPS_PER_FRAME`](cycle::STEPS_PER_FRAME) predictor steps and a little more.
+    /// One minor frame. The cost is bounded: [`WORK_PER_FRAME`](cycle::WORK_PER_FRAME), a dozen predictor steps, and a little more.
     ///
     /// `Standby` and `Coast` hold the initial bank, `RangeControl` runs cycles, `HeadingAlignment` steers in every frame,
     /// `DegradedRangeControl` keeps the last command, `DegradedHeadingAlignment` flies lift-up, `Deployed` commands zero.
@@ -253,14 +296,18 @@ impl Guidance {
         output
     }
 
-    /// Learns the air, and tabulates it in the last frame of a second for the cycle that begins in the next.
+    /// Learns the air, and tabulates it in the second half of a second for the cycle that begins in the next.
     fn learn(&mut self, input: &GuidanceInput<'_>) {
         let context = &input.context;
-        let last = input.frame % FRAMES_PER_SECOND == FRAMES_PER_SECOND - 1;
-        if context.mode == GuidanceMode::Aeroshell {
+        let frame = input.frame % FRAMES_PER_SECOND;
+        if context.learns() {
             self.adaptation.observe(input.estimate, context.model, context.force_noise_mps2);
-            if last {
-                self.adaptation.tabulate(input.context.model, &mut self.air);
+            // No cycle needs the air in the last frame.
+            match frame {
+                TABLE_BEGINS => self.adaptation.begin_table(),
+                TABLE_ENDS => self.adaptation.publish(input.context.model, &mut self.air),
+                frame if frame > TABLE_BEGINS => self.adaptation.continue_table(),
+                _ => {}
             }
         }
     }
@@ -280,35 +327,63 @@ impl Guidance {
             }
             let course = usable_course(input.estimate);
             if let Some(course) = &course {
-                let result = self.cycle.get().and_then(|ended| ended.result(input.context.constraints));
-                if let Some(result) = &result {
-                    self.take_effect(result, course, input, output);
+                if input.context.mode == GuidanceMode::Apollo {
+                    let result = self.terminal(course, input);
+                    self.take_effect(&result, course, input, output);
+                    output.telemetry = Some(self.report(None, Some(&result), course, input));
+                } else {
+                    self.next_cycle(course, input, output);
                 }
-                if let Some(ended) = self.cycle.get() {
-                    output.telemetry = Some(self.report(ended, result.as_ref(), course, input));
-                    self.longest_prediction = ended.longest_prediction();
-                    self.slope_m = ended.slope_m();
-                }
-                if input.context.mode == GuidanceMode::Paper {
-                    self.air.set_constant(input.context.model, density::ratio(input.estimate));
-                    self.slope_m = None;
-                } else if self.air.is_none() {
-                    self.air.set_constant(input.context.model, 1.0);
-                }
-                self.cycle.put(Cycle::new(&self.cycle_start(input), input.context.guidance));
             } else {
                 self.cycle.clear();
                 output.telemetry = Some(self.held(input));
             }
             self.cycles = self.cycles.saturating_add(1);
         }
-        let context = input.context.cycle(&self.air);
+        let context = input.context.cycle(&self.air, &self.segments);
         if let (Some(cycle), false) = (self.cycle.get_mut(), input.shed) {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
-            let quota = cycle.quota(frames_left, self.longest_prediction);
+            let quota = cycle.quota(frames_left, self.longest_prediction, input.context.model);
             cycle.advance(quota, &context, probe);
         }
+    }
+
+    /// Puts the cycle that has ended into effect and begins the next.
+    fn next_cycle(&mut self, course: &Course, input: &GuidanceInput<'_>, output: &mut GuidanceOutput) {
+        let result = self.cycle.get().and_then(|ended| ended.result(input.context.constraints));
+        if let Some(result) = &result {
+            self.take_effect(result, course, input, output);
+        }
+        if let Some(ended) = self.cycle.get() {
+            output.telemetry = Some(self.report(Some(ended), result.as_ref(), course, input));
+            self.longest_prediction = ended.longest_prediction();
+            self.slope_m = ended.slope_m();
+        }
+        if !input.context.learns() {
+            self.air.set_constant(input.context.model, density::ratio(input.estimate));
+        } else if self.air.is_none() {
+            self.air.set_constant(input.context.model, 1.0);
+        }
+        if input.context.mode != GuidanceMode::Aeroshell {
+            self.slope_m = None;
+        }
+        let start = self.cycle_start(input);
+        self.segments.advance(&start.state, input.estimate.speed_mps);
+        self.cycle.put(Cycle::new(&start, input.context.guidance));
+    }
+
+    /// The command of terminal-point guidance.
+    fn terminal(&self, course: &Course, input: &GuidanceInput<'_>) -> CycleResult {
+        let (estimate, context) = (input.estimate, &input.context);
+        let (sine, cosine) = sin_cos(context.model.vehicle.trim_angle_of_attack_rad);
+        apollo::Terminal {
+            speed_mps: estimate.speed_mps,
+            climb_mps: course.up.dot(&estimate.v_p),
+            drag_mps2: -estimate.specific_force_b.dot(&Vec3::new(cosine, 0.0, sine)),
+            range_to_go_m: course.range_m(&context.target_p(), context.model.planet.radius_m),
+        }
+        .command(cos(context.guidance.max_bank_rad), cos(context.guidance.min_bank_rad))
     }
 
     fn cycle_start(&self, input: &GuidanceInput<'_>) -> CycleStart {
@@ -333,8 +408,9 @@ impl Guidance {
         input: &GuidanceInput<'_>,
         output: &mut GuidanceOutput,
     ) {
-        let offset_m = course.heading_offset_m(&input.context.target_p(), input.context.model.planet.radius_m);
-        let threshold_m = lateral::threshold_m(input.estimate.speed_mps, input.context.guidance);
+        let target_p = input.context.point_flown_to(&self.segments);
+        let offset_m = course.heading_offset_m(&target_p, input.context.model.planet.radius_m);
+        let threshold_m = threshold_m(course, result.bank_rad, input);
         let side = lateral::side(self.side, offset_m, threshold_m);
         self.command_rad = side * result.bank_rad;
         if side != self.side {
@@ -342,11 +418,7 @@ impl Guidance {
             self.reversals = self.reversals.saturating_add(1);
             output.reversal = Some(self.command_rad);
         }
-        let out_of_reach = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long);
-        if out_of_reach && !self.out_of_reach {
-            output.unreachable_m = Some(result.error_m);
-        }
-        self.out_of_reach = out_of_reach;
+        output.unreachable_m = self.reach.judge(result);
     }
 
     /// Heading alignment: a new command in every frame, a report once a second.
@@ -393,16 +465,16 @@ impl Guidance {
     #[inline(never)]
     fn report(
         &self,
-        cycle: &Cycle,
+        cycle: Option<&Cycle>,
         result: Option<&CycleResult>,
         course: &Course,
         input: &GuidanceInput<'_>,
     ) -> GuidanceTlm {
         let count = |n: usize| u8::try_from(n).unwrap_or(u8::MAX);
         let common = GuidanceTlm {
-            iterations: count(cycle.iterations()),
-            predictions: count(cycle.predictions()),
-            evaluations: cycle.evaluations(),
+            iterations: cycle.map_or(0, |cycle| count(cycle.iterations())),
+            predictions: cycle.map_or(0, |cycle| count(cycle.predictions())),
+            evaluations: cycle.map_or(0, Cycle::evaluations),
             ..self.where_we_are(course, input)
         };
         let Some(result) = result else { return GuidanceTlm { outcome: CycleOutcome::Held, ..common } };
@@ -421,7 +493,7 @@ impl Guidance {
         GuidanceTlm {
             range_to_go_m: course.range_m(&target_p, radius_m),
             heading_offset_m: course.heading_offset_m(&target_p, radius_m),
-            heading_threshold_m: lateral::threshold_m(input.estimate.speed_mps, input.context.guidance),
+            heading_threshold_m: threshold_m(course, self.command_rad, input),
             ..self.held(input)
         }
     }
@@ -436,6 +508,19 @@ impl Guidance {
             reversals: self.reversals,
             ..GuidanceTlm::default()
         }
+    }
+}
+
+/// Threshold of the heading offset, m, with a bank.
+#[inline(never)] // twice a second
+fn threshold_m(course: &Course, bank_rad: f64, input: &GuidanceInput<'_>) -> f64 {
+    let (context, speed_mps) = (&input.context, input.estimate.speed_mps);
+    match context.steering() {
+        Some(steering) => {
+            let away = (course.up - context.target_p()).norm();
+            steering.threshold_m(away, speed_mps, sin(bank_rad))
+        }
+        None => lateral::threshold_m(speed_mps, context.guidance),
     }
 }
 

@@ -3,20 +3,16 @@
 //! Planet-fixed Cartesian equations with rotation and J2, classical Runge–Kutta steps. The stop is found
 //! inside the last step by cubic interpolation: stopping on the grid costs hundreds of metres even at 1 s.
 //!
-//! Two ways to steer a prediction. *Held*: a constant bank, as P4 prints it; the range flown is then the length of the ground track, s' = V cosγ / r (P4 eq. 2), by the integral of the cubic on each
-//! step (the trapezoidal rule would be up to 50 m off at 4 s). The downrange of the end point along the arc to the target would be the obvious
-//! alternative, but such a prediction banks to one side all the way and ends kilometres abeam, where the flight itself
-//! alternates and covers nearly the whole track. Measured over 50 dispersed flights on a turning planet the two miss
-//! alike (median 1620 against 1592 m, worst 4000 against 4033 m), but with the end point the bank comes too small at
-//! first and too large at last: median deploy altitude 5978 m, against 6442 m with the track.
+//! Two ways to steer a prediction. *Held*: a constant bank, as P4 prints it. *Rehearsed*: what the flight will do, see
+//! [`Steering`]: reversals, turns of finite rate and acceleration, heading alignment.
 //!
-//! *Rehearsed*: what the flight will do, see [`Steering`]: reversals, turns of finite rate and acceleration, heading alignment. It ends
-//! at the target, so the downrange of its end point is the error.
+//! The range flown is that of the end point along an arc, not the length of the ground track (P4 eq. 2), which is 1.5 to
+//! 5.5 km longer from entry.
 
 use crate::frames::{PlanetFixed, Vec3};
-use crate::math::fun::{atan2, sin_cos, sqrt};
-use crate::math::num::{clamp, max, min};
-use crate::model::entry::{Flow, cartesian_rates_and_flow};
+use crate::math::fun::{asin, atan2, sin_cos};
+use crate::math::num::{clamp, min};
+use crate::model::entry::cartesian_rates_and_flow;
 
 use super::air::Adapted;
 use super::constraints::{self, Peaks};
@@ -55,10 +51,7 @@ pub struct Stop {
 /// What a prediction found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathEnd {
-    /// Length of the ground track as an angle at the planet's centre, rad (P4 eq. 2); of held predictions.
-    /// Not finite when the path was not.
-    pub track_rad: f64,
-    /// End of the path: position and velocity.
+    /// End of the path: position and velocity. Not finite when the path was not.
     pub state: State,
     /// Duration of the predicted flight, s.
     pub duration_s: f64,
@@ -67,14 +60,31 @@ pub struct PathEnd {
 }
 
 impl PathEnd {
-    /// How far beyond the target (unit vector) the path ends along its last course, and how far to the right of it, as angles
-    /// at the planet's centre, rad.
+    /// How far to the right of the last course the target (unit vector) lies, as an angle at the planet's centre, rad.
     #[must_use]
-    pub fn beyond_rad(&self, target_p: &Vec3<PlanetFixed>) -> Option<[f64; 2]> {
+    pub fn aside_rad(&self, target_p: &Vec3<PlanetFixed>) -> Option<f64> {
         let [x, y, z, vx, vy, vz] = self.state;
         let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz))?;
-        let up = target_p.dot(&course.up);
-        Some([-atan2(target_p.dot(&course.ahead), up), -atan2(target_p.dot(&course.right), up)])
+        Some(asin(clamp(target_p.dot(&course.right), -1.0, 1.0)))
+    }
+
+    /// How far beyond the target (unit vector) the path ends, along its last course, as an angle at the planet's centre, rad.
+    #[must_use]
+    pub fn beyond_rad(&self, target_p: &Vec3<PlanetFixed>) -> Option<f64> {
+        let [x, y, z, vx, vy, vz] = self.state;
+        let course = Course::new(&Vec3::new(x, y, z), &Vec3::new(vx, vy, vz))?;
+        Some(-atan2(target_p.dot(&course.ahead), target_p.dot(&course.up)))
+    }
+
+    /// Downrange of the end of a path that began at `start`, along the arc from there to the target (unit vector), less that
+    /// of the target, as an angle at the planet's centre, rad.
+    #[must_use]
+    pub fn beyond_along_arc_rad(&self, start: &State, target_p: &Vec3<PlanetFixed>) -> Option<f64> {
+        let ([x, y, z, ..], [ex, ey, ez, ..]) = (*start, self.state);
+        let up = Vec3::<PlanetFixed>::new(x, y, z).unit()?;
+        let ahead = (*target_p - up * up.dot(target_p)).unit()?;
+        let end = Vec3::new(ex, ey, ez);
+        Some(atan2(end.dot(&ahead), end.dot(&up)) - atan2(target_p.dot(&ahead), target_p.dot(&up)))
     }
 }
 
@@ -87,30 +97,19 @@ pub(super) struct Node {
     pub(super) speed_mps: f64,
     /// Lift acceleration, m/s².
     pub(super) lift_mps2: f64,
-    /// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
-    track: (f64, f64),
 }
 
 impl Node {
-    const NONE: Self = Self {
-        state: [0.0; 6],
-        acceleration: [0.0; AXES],
-        radius_m: 0.0,
-        speed_mps: 0.0,
-        lift_mps2: 0.0,
-        track: (0.0, 0.0),
-    };
+    const NONE: Self =
+        Self { state: [0.0; 6], acceleration: [0.0; AXES], radius_m: 0.0, speed_mps: 0.0, lift_mps2: 0.0 };
 
     /// Fills in what follows from the state; the loads there. One evaluation of the equations of motion.
     #[inline(always)]
-    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank, tracked: bool) -> [f64; constraints::CONSTRAINTS] {
+    fn evaluate(&mut self, model: &Flown<'_>, bank: &Bank) -> [f64; constraints::CONSTRAINTS] {
         let state = &self.state;
         let (rates, flow) = cartesian_rates_and_flow(model, state, bank.cosine, bank.sine);
         let [_, _, _, ax, ay, az] = rates;
         self.acceleration = [ax, ay, az];
-        if tracked {
-            self.track = track_rate(state, &[ax, ay, az], &flow);
-        }
         self.radius_m = flow.radius_m;
         self.speed_mps = flow.speed_mps;
         let [drag, loads @ ..] = constraints::loads(model.model, &flow);
@@ -151,7 +150,6 @@ pub struct Prediction {
     /// Who steers; nobody in a held prediction.
     pilot: Option<Pilot>,
     elapsed_s: f64,
-    track_rad: f64,
     peaks: Peaks,
     /// Evaluations so far.
     evaluations: u16,
@@ -175,14 +173,13 @@ impl Prediction {
     #[inline(always)]
     fn start(model: &Flown<'_>, state: &State, bank: Bank, pilot: Option<Pilot>) -> Self {
         let mut node = Node { state: *state, ..Node::NONE };
-        let loads = node.evaluate(model, &bank, pilot.is_none());
+        let loads = node.evaluate(model, &bank);
         Self {
             nodes: [node, Node::NONE],
             odd: false,
             bank,
             pilot,
             elapsed_s: 0.0,
-            track_rad: 0.0,
             peaks: Peaks::starting(loads),
             evaluations: EVALUATIONS_TO_START,
         }
@@ -209,21 +206,17 @@ impl Prediction {
         }
         stepped(model, &before.state, &before.acceleration, step_s, &banks, &mut after.state);
         let [_, _, bank] = banks;
-        let loads = after.evaluate(model, &bank, self.pilot.is_none());
+        let loads = after.evaluate(model, &bank);
         self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_STEP);
         self.bank = bank;
         self.odd = !self.odd;
         if after.is_past(stop) {
             let share = share_before_stop([before, after], step_s, stop);
             self.elapsed_s += share * step_s;
-            self.track_rad += track_over([before.track, after.track], step_s, share);
             after.state = between(before, after, step_s, share);
             return true;
         }
         self.elapsed_s += step_s;
-        if self.pilot.is_none() {
-            self.track_rad += track_over_whole([before.track, after.track], step_s);
-        }
         if let (Some(pilot), Some(steering)) = (&mut self.pilot, steering)
             && let Some(share) = pilot.arrive([before, after], step_s, steering)
         {
@@ -231,7 +224,7 @@ impl Prediction {
             self.elapsed_s -= (1.0 - share) * step_s;
             after.state = between(before, after, step_s, share);
             self.bank = Bank::of(pilot.bank_rad());
-            let _ = after.evaluate(model, &self.bank, false);
+            let _ = after.evaluate(model, &self.bank);
             self.evaluations = self.evaluations.saturating_add(EVALUATIONS_PER_EVENT);
         }
         self.peaks.push(loads);
@@ -246,6 +239,13 @@ impl Prediction {
         self.evaluations
     }
 
+    /// Whether the bank turned in the last step, which makes it dearer.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn is_turning(&self) -> bool {
+        self.pilot.is_some_and(|pilot| pilot.is_turning())
+    }
+
     /// The last point reached.
     fn last(&self) -> &Node {
         let [even, odd] = &self.nodes;
@@ -255,7 +255,7 @@ impl Prediction {
     /// What the prediction has found so far; at its end, all.
     #[must_use]
     pub fn end(&self) -> PathEnd {
-        PathEnd { track_rad: self.track_rad, state: self.last().state, duration_s: self.elapsed_s, peaks: self.peaks }
+        PathEnd { state: self.last().state, duration_s: self.elapsed_s, peaks: self.peaks }
     }
 }
 
@@ -341,33 +341,6 @@ fn share_before_stop(ends: [&Node; 2], step_s: f64, stop: &Stop) -> f64 {
     min(crossing(speeds, step_s, stop.speed_mps), crossing(radii, step_s, stop.radius_m))
 }
 
-/// Rate of the ground track, V cosγ / r, rad/s, and its derivative, rad/s².
-///
-/// With c = r·v/r the climb and l = √(V² − c²) the level speed: c' = (l² + r·a)/r, l' = (v·a − c c')/l.
-#[inline]
-fn track_rate(&[x, y, z, vx, vy, vz]: &State, &[ax, ay, az]: &[f64; AXES], flow: &Flow<f64>) -> (f64, f64) {
-    let per_radius = 1.0 / flow.radius_m;
-    let climb = flow.r_dot_v * per_radius;
-    let level_square = max(flow.speed_mps * flow.speed_mps - climb * climb, 0.0);
-    let level = sqrt(level_square);
-    let climb_rate = (level_square + x * ax + y * ay + z * az) * per_radius;
-    let level_rate = if level > 0.0 { (vx * ax + vy * ay + vz * az - climb * climb_rate) / level } else { 0.0 };
-    let rate = level * per_radius;
-    (rate, (level_rate - rate * climb) * per_radius)
-}
-
-/// Track over a whole step: the integral of the cubic through rate and derivative at both its ends.
-fn track_over_whole([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64) -> f64 {
-    step_s * (0.5 * (y0 + y1) + step_s * (rate0 - rate1) * (1.0 / 12.0))
-}
-
-/// Track over a share of a step: the integral of the cubic through rate and derivative at both ends of the step.
-fn track_over([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, share: f64) -> f64 {
-    let (slope0, slope1, rise) = (rate0 * step_s, rate1 * step_s, y1 - y0);
-    let (b, c) = (3.0 * rise - 2.0 * slope0 - slope1, slope0 + slope1 - 2.0 * rise);
-    step_s * share * (y0 + share * (0.5 * slope0 + share * (b / 3.0 + 0.25 * share * c)))
-}
-
 /// Share of a step at which a falling quantity passes `level`, from its value and rate at both ends of the step by cubic
 /// Hermite interpolation; 1 when it does not pass.
 pub(super) fn crossing([(y0, rate0), (y1, rate1)]: [(f64, f64); 2], step_s: f64, level: f64) -> f64 {
@@ -394,7 +367,7 @@ mod tests {
     use crate::frames::PlanetRelative;
     use crate::guidance::air::AirProfile;
     use crate::model::OnboardModel;
-    use crate::units::{deg, rad};
+    use crate::units::rad;
 
     fn model() -> OnboardModel {
         let c = Config::DEFAULT;
@@ -431,10 +404,11 @@ mod tests {
         panic!("no end");
     }
 
-    #[test]
-    fn a_whole_step_of_track_is_its_share_of_one() {
-        let ends = [(1.6e-3, -2e-6), (1.5e-3, -4e-5)];
-        assert!((track_over(ends, 4.0, 1.0) / track_over_whole(ends, 4.0) - 1.0).abs() < 1e-14);
+    /// Great circle from entry, m at the reference radius.
+    fn range_m([x, y, z, ..]: &State) -> f64 {
+        let [x0, y0, z0, ..] = entry();
+        let from = Vec3::<PlanetFixed>::new(x0, y0, z0);
+        crate::frames::great_circle_rad(&from, &Vec3::new(*x, *y, *z)) * 3_397_200.0
     }
 
     #[test]
@@ -444,13 +418,7 @@ mod tests {
         for _ in 0..20 {
             let middle = 0.5 * (low + high);
             let (prediction, ..) = fly(middle, 0.1, &STOP);
-            let [x, y, z, ..] = prediction.last().state;
-            let [x0, y0, z0, ..] = entry();
-            let arc = crate::frames::great_circle_rad(
-                &crate::frames::Vec3::<crate::frames::PlanetFixed>::new(x0, y0, z0),
-                &crate::frames::Vec3::new(x, y, z),
-            );
-            if arc * 3_397_200.0 > 745_737.0 { low = middle } else { high = middle }
+            if range_m(&prediction.end().state) > 745_737.0 { low = middle } else { high = middle }
         }
         let (prediction, end, _) = fly(low, 0.1, &STOP);
         assert!((low - 42.0).abs() < 1.0, "bank {low}");
@@ -465,8 +433,8 @@ mod tests {
         for bank in [0.0, 30.0, 60.0, 90.0, 120.0] {
             let (_, fine, _) = fly(bank, 0.1, &STOP);
             let (_, coarse, steps) = fly(bank, 4.0, &STOP);
-            let track_error_m = (coarse.track_rad - fine.track_rad).abs() * 3_397_200.0;
-            assert!(track_error_m < 5.0, "bank {bank}: {track_error_m} m");
+            let range_error_m = (range_m(&coarse.state) - range_m(&fine.state)).abs();
+            assert!(range_error_m < 5.0, "bank {bank}: {range_error_m} m");
             assert!((coarse.duration_s - fine.duration_s).abs() < 0.02);
             for (a, b) in coarse.peaks.highest().iter().zip(fine.peaks.highest()) {
                 assert!((a / b - 1.0).abs() < 0.01, "bank {bank}: peak {a} {b}");
@@ -489,8 +457,8 @@ mod tests {
 
     #[test]
     fn more_lift_up_flies_further() {
-        let tracks = [150.0, 110.0, 80.0, 50.0, 20.0, 0.0].map(|bank| deg(fly(bank, 4.0, &STOP).1.track_rad));
-        assert!(tracks.is_sorted(), "{tracks:?}");
+        let ranges = [150.0, 110.0, 80.0, 50.0, 20.0, 0.0].map(|bank| range_m(&fly(bank, 4.0, &STOP).1.state));
+        assert!(ranges.is_sorted(), "{ranges:?}");
     }
 
     #[test]
@@ -508,6 +476,6 @@ mod tests {
         let mut prediction = Prediction::held(&flown, &state, 1.0, 0.0);
         assert!(prediction.step(&flown, 4.0, &STOP, None));
         let end = prediction.end();
-        assert!(!end.track_rad.is_finite());
+        assert!(end.state.iter().any(|x| !x.is_finite()));
     }
 }

@@ -41,6 +41,8 @@ pub struct Steering<'a> {
     pub alignment_speed_mps: f64,
     /// Speed at the end of the alignment, m/s.
     pub stop_speed_mps: f64,
+    /// Lift over drag of the onboard model at high speed.
+    pub lift_to_drag: f64,
 }
 
 /// Who steers a rehearsed prediction: the command in force and the bank on its way to it.
@@ -48,6 +50,8 @@ pub struct Steering<'a> {
 pub struct Pilot {
     bank: BankState,
     magnitude_rad: f64,
+    /// Sine of it: what the lateral logic goes by.
+    sin_magnitude: f64,
     side: f64,
     aligning: bool,
     turn: Option<Turn>,
@@ -57,13 +61,19 @@ impl Pilot {
     /// Starts from a bank with a commanded magnitude on a side.
     #[must_use]
     pub fn new(bank: BankState, magnitude_rad: f64, side: f64) -> Self {
-        Self { bank, magnitude_rad, side, aligning: false, turn: None }
+        Self { bank, magnitude_rad, sin_magnitude: sin(magnitude_rad), side, aligning: false, turn: None }
     }
 
     /// Bank now, rad.
     #[must_use]
     pub fn bank_rad(&self) -> f64 {
         self.bank.bank_rad
+    }
+
+    /// Whether the bank turned in the last step.
+    #[inline(always)]
+    pub(super) fn is_turning(&self) -> bool {
+        self.turn.is_some()
     }
 
     /// Decides the bank over the next step: its length, s, and the banks at its start, middle and end.
@@ -112,26 +122,37 @@ impl Pilot {
     /// Share of the step at which a reversal is commanded; the side is that after it.
     #[inline(always)]
     fn reversal(&mut self, [a, b]: [&Node; 2], step_s: f64, steering: &Steering<'_>) -> Option<f64> {
-        let after = steering.excess(b, self.side);
+        let after = steering.excess(b, self.side, self.sin_magnitude);
         if after <= 0.0 {
             return None;
         }
-        let before = min(steering.excess(a, self.side), 0.0);
+        let before = min(steering.excess(a, self.side, self.sin_magnitude), 0.0);
         self.side = -self.side;
         Some(min(before / (before - after) + REVERSAL_DELAY_S / step_s, 1.0))
     }
 }
 
 impl Steering<'_> {
+    /// Threshold of the heading offset, m, at a distance from the target's direction (unit vectors), a speed and a bank.
+    #[must_use]
+    pub fn threshold_m(&self, distance: f64, speed_mps: f64, sin_bank: f64) -> f64 {
+        let range_m = distance * self.radius_m;
+        self.guidance.reversal_share
+            * lateral::recoverable_m(self.lift_to_drag, sin_bank, speed_mps / self.stop_speed_mps, range_m)
+    }
+
     /// By how much the target lies outside the threshold on the side away from the lift, m; negative inside.
-    #[inline(never)] // twice in a step
-    fn excess(&self, node: &Node, side: f64) -> f64 {
+    #[inline(never)] // once in a step, or twice
+    fn excess(&self, node: &Node, side: f64, sin_bank: f64) -> f64 {
         let [x, y, z, vx, vy, vz] = node.state;
         let (hx, hy, hz) = (vy * z - vz * y, vz * x - vx * z, vx * y - vy * x);
         let [tx, ty, tz] = self.target_p.to_array();
         // sin χ, to the right; the arc is longer than its sine by less than a metre at 60 km.
         let offset = (hx * tx + hy * ty + hz * tz) / sqrt(hx * hx + hy * hy + hz * hz);
-        -side * offset * self.radius_m - lateral::threshold_m(node.speed_mps, self.guidance)
+        // The chord for the arc: 0.2 % short from entry.
+        let cosine = (x * tx + y * ty + z * tz) / node.radius_m;
+        let chord = sqrt(max(2.0 - 2.0 * cosine, 0.0));
+        -side * offset * self.radius_m - self.threshold_m(chord, node.speed_mps, sin_bank)
     }
 }
 
@@ -196,5 +217,94 @@ impl Sight {
         let wanted_mps2 = NAVIGATION_GAIN * self.right_m / (time_s * time_s) - free_mps2;
         let limit = sin(steering.guidance.alignment_max_bank_rad);
         asin(clamp(wanted_mps2 / lift_mps2, -limit, limit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::frames::surface_point;
+    use crate::units::rad;
+
+    static CONFIG: Config = Config::DEFAULT;
+    const RADIUS_M: f64 = 3_397_200.0;
+
+    /// The target east along the equator.
+    fn steering() -> Steering<'static> {
+        Steering {
+            guidance: &CONFIG.guidance,
+            control: &CONFIG.control,
+            target_p: surface_point(0.0, 0.0),
+            radius_m: RADIUS_M,
+            alignment_speed_mps: 600.0,
+            stop_speed_mps: 450.0,
+            lift_to_drag: 0.24,
+        }
+    }
+
+    /// Flying east, so far before the target and north of it, at 20 km.
+    fn node(before_m: f64, north_m: f64, speed_mps: f64) -> Node {
+        let r_m = RADIUS_M + 20e3;
+        let (east, north) = (-before_m / RADIUS_M, north_m / RADIUS_M);
+        let position = surface_point(east, north) * r_m;
+        let [x, y, z] = position.to_array();
+        let state = [x, y, z, -speed_mps * east.sin(), speed_mps * east.cos(), 0.0];
+        Node { state, acceleration: [0.0; 3], radius_m: r_m, speed_mps, lift_mps2: 2.0 }
+    }
+
+    #[test]
+    fn the_bank_is_reversed_only_when_the_target_lies_far_enough_on_the_other_side() {
+        let s = steering();
+        // North of the target, it lies to the right: banked left, to the side −1, away from it.
+        let sine = rad(50.0).sin();
+        let threshold_m = s.threshold_m(200e3 / RADIUS_M, 3000.0, sine);
+        for (share, side, out) in [(0.9, -1.0, false), (1.1, -1.0, true), (1.1, 1.0, false)] {
+            let excess_m = s.excess(&node(200e3, share * threshold_m, 3000.0), side, sine);
+            assert_eq!(excess_m > 0.0, out, "{share} {side}: {excess_m}");
+        }
+    }
+
+    #[test]
+    fn a_step_that_crosses_the_threshold_reverses_half_a_second_later() {
+        let s = steering();
+        let magnitude = rad(50.0);
+        let mut pilot = Pilot::new(BankState { bank_rad: -magnitude, rate_radps: 0.0 }, magnitude, -1.0);
+        let limit_m = s.threshold_m(200e3 / RADIUS_M, 3000.0, magnitude.sin());
+        let (a, b) = (node(206e3, 0.9 * limit_m, 3000.0), node(200e3, 1.1 * limit_m, 3000.0));
+        let share = pilot.arrive([&a, &b], 2.0, &s).unwrap();
+        assert!(share > 0.25 && share < 1.0, "{share}");
+        let mut banks = [Bank::of(0.0); 3];
+        // The next step turns towards the other side.
+        let step_s = pilot.plan(&b, 4.0, &s, &mut banks);
+        assert_eq!(step_s, TURNING_STEP_S);
+        assert!(pilot.bank_rad() > -magnitude && pilot.is_turning());
+        assert_eq!(pilot.arrive([&b, &b], 2.0, &s), None, "one reversal, not one a step");
+    }
+
+    #[test]
+    fn alignment_begins_at_its_speed_and_steers_to_the_target() {
+        let s = steering();
+        let mut pilot = Pilot::new(BankState::default(), 0.0, 1.0);
+        let (a, b) = (node(20e3, 300.0, 620.0), node(19e3, 300.0, 590.0));
+        let (a, b) = (Node { acceleration: [0.0, -15.0, 0.0], ..a }, Node { acceleration: [0.0, -15.0, 0.0], ..b });
+        let share = pilot.arrive([&a, &b], 2.0, &s).unwrap();
+        assert!((share - 2.0 / 3.0).abs() < 0.01, "{share}");
+        for (north_m, sign) in [(300.0, 1.0), (-300.0, -1.0)] {
+            let node = node(15e3, north_m, 580.0);
+            let sight = Sight::new(&node.state, node.radius_m, &s);
+            let command = sight.command(&[0.0; 3], &BankState::default(), node.lift_mps2, &s);
+            assert!(command * sign > 0.0 && command.abs() <= CONFIG.guidance.alignment_max_bank_rad, "{command}");
+        }
+    }
+
+    #[test]
+    fn without_lift_nothing_is_commanded_and_at_the_target_nothing_wild() {
+        let s = steering();
+        let abeam = node(0.0, 50.0, 460.0);
+        let sight = Sight::new(&abeam.state, abeam.radius_m, &s);
+        assert_eq!(sight.command(&[0.0; 3], &BankState::default(), 0.0, &s), 0.0);
+        let command = sight.command(&[0.0; 3], &BankState::default(), 2.0, &s);
+        assert!(command.is_finite() && command.abs() <= CONFIG.guidance.alignment_max_bank_rad + 1e-12);
     }
 }

@@ -122,6 +122,12 @@ pub enum GuidanceMode {
     Paper,
     /// The predictor rehearses the flight, in the air that it has learned.
     Aeroshell,
+    /// P4's predictor-corrector from waypoint to waypoint.
+    Segmented,
+    /// Predictions cut short at the waypoints' speeds; the rest of the range by table.
+    SegmentedTable,
+    /// Terminal-point guidance derived from that of Apollo.
+    Apollo,
 }
 
 /// What fires the parachute.
@@ -291,6 +297,8 @@ pub struct GuidanceParameters {
     pub late_alignment_speed_mps: f64,
     /// Mode `aeroshell`, range trigger: the same, m/s.
     pub range_alignment_speed_mps: f64,
+    /// Mode `aeroshell`: a bank reversal when the heading offset exceeds this share of the crossrange that can be recovered.
+    pub reversal_share: f64,
 }
 
 /// Limits along the path.

@@ -5,6 +5,8 @@ use fsw_core::control;
 use fsw_core::guidance::{Guidance, GuidanceContext, GuidanceInput, trigger};
 use fsw_core::link::packet::{CycleOutcome, DeployCause, Mode};
 use fsw_core::model::OnboardModel;
+use fsw_core::model::entry::Environment;
+use fsw_core::model::loads::heat_flux_wpm2;
 use fsw_core::time::MissionTime;
 
 use super::world::{Air, Dispersion, Vehicle, entry};
@@ -18,6 +20,10 @@ pub struct Outcome {
     pub cause: Option<DeployCause>,
     pub reversals: u8,
     pub peak_load_mps2: f64,
+    pub peak_heat_flux_wpm2: f64,
+    pub peak_dynamic_pressure_pa: f64,
+    /// The first verdict that the target is out of reach.
+    pub unreachable_m: Option<f64>,
     pub max_evaluations: u16,
     pub max_predictions: u8,
     pub mean_evaluations: f64,
@@ -69,6 +75,9 @@ pub fn fly(
         cause: None,
         reversals: 0,
         peak_load_mps2: 0.0,
+        peak_heat_flux_wpm2: 0.0,
+        peak_dynamic_pressure_pa: 0.0,
+        unreachable_m: None,
         max_evaluations: 0,
         max_predictions: 0,
         mean_evaluations: 0.0,
@@ -79,10 +88,15 @@ pub fn fly(
     let mut cycles = 0.0;
     for frame in 0..MAX_FRAMES {
         let mut estimate = vehicle.estimate(&model.planet);
+        estimate.specific_force_b = vehicle.force_b(&air);
         if navigated_density {
             estimate.log_density = air.log_ratio(estimate.altitude_m);
         }
         out.peak_load_mps2 = out.peak_load_mps2.max(vehicle.load(&air));
+        let (density, speed) = (air.density_kgpm3(estimate.altitude_m), estimate.speed_mps);
+        let heat = heat_flux_wpm2(density, speed, config.vehicle.nose_radius_m);
+        out.peak_heat_flux_wpm2 = out.peak_heat_flux_wpm2.max(heat);
+        out.peak_dynamic_pressure_pa = out.peak_dynamic_pressure_pa.max(0.5 * density * speed * speed);
         mode = mode_after(mode, vehicle.load(&air), estimate.speed_mps, config);
         out.cause = trigger::evaluate(&estimate, &context);
         if out.cause.is_some() {
@@ -91,6 +105,7 @@ pub fn fly(
         let input =
             GuidanceInput { now: MissionTime::of_frame(frame), frame, estimate: &estimate, mode, shed: false, context };
         let command = guidance.advance(&input);
+        out.unreachable_m = out.unreachable_m.or(command.unreachable_m);
         if let Some(t) = &command.telemetry {
             out.outcomes.push(t.outcome);
             if t.predictions > 0 {

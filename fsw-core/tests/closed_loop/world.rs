@@ -2,7 +2,7 @@
 //! The independent truth of the whole system is `hil-sim`; this one only has to be quick.
 
 use fsw_core::control::BankDemand;
-use fsw_core::frames::{PlanetRelative, Vec3, great_circle_rad, surface_point};
+use fsw_core::frames::{Body, PlanetRelative, Vec3, great_circle_rad, surface_point};
 use fsw_core::math::rk4;
 use fsw_core::model::OnboardModel;
 use fsw_core::model::entry::{Constants, Environment, cartesian_rates};
@@ -178,6 +178,16 @@ impl Vehicle {
         let (h, v) = (self.altitude(&air.model.planet), self.speed());
         let (drag, lift) = air.drag_and_lift_coefficients(h, v);
         air.density_kgpm3(h) * v * v * air.constants().half_area_per_mass_m2pkg * (drag * drag + lift * lift).sqrt()
+    }
+
+    /// The force that the inertial unit feels, at the trim angle of attack, m/s².
+    pub fn force_b(&self, air: &Air<'_>) -> Vec3<Body> {
+        let (h, v) = (self.altitude(&air.model.planet), self.speed());
+        let (drag, lift) = air.drag_and_lift_coefficients(h, v);
+        let per_coefficient = air.density_kgpm3(h) * v * v * air.constants().half_area_per_mass_m2pkg;
+        let (sine, cosine) = air.model.vehicle.trim_angle_of_attack_rad.sin_cos();
+        let (forward, up) = (Vec3::<Body>::new(cosine, 0.0, sine), Vec3::<Body>::new(sine, 0.0, -cosine));
+        up * (per_coefficient * lift) - forward * (per_coefficient * drag)
     }
 
     /// Great-circle distance to a point at the reference radius, m.

@@ -48,7 +48,7 @@ pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
     let tables: Vec<PathBuf> = shards.iter().map(|shard| shard.path.join(RUNS)).collect();
     folder.concatenate(&Columns::of(&scenario, &facts).headings(), &tables)?;
     folder.gather(&[])?;
-    super::conclude(args, &folder, &scenario, (0, 0.0))
+    super::conclude(folder, scenario, (0, 0.0))?.tell(args)
 }
 
 /// The shards in the order of their runs, when they make one campaign without gap or overlap.

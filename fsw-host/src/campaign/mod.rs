@@ -48,6 +48,40 @@ const MOST_RUNS: u64 = 1_000_000_000;
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Set once Ctrl-C is caught.
+static CAUGHT: AtomicBool = AtomicBool::new(false);
+
+/// A campaign that is complete: all of its files are there.
+pub struct Finished {
+    /// Where it is and what it is about.
+    pub folder: Folder,
+    /// What was flown.
+    pub scenario: Scenario,
+    /// Its facts.
+    pub facts: ScenarioFacts,
+    /// Its figures.
+    pub summary: Summary,
+    /// Its table.
+    pub runs: Runs,
+}
+
+impl Finished {
+    /// Whether every run could be flown.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        !self.summary.outcomes.iter().any(|(word, _)| word == "failed")
+    }
+
+    /// Tells the result on standard output, as asked for.
+    fn tell(&self, args: &CampaignArgs) -> Result<bool, HostError> {
+        if args.common.json {
+            print_json(&self.summary)?;
+        } else if !args.common.quiet {
+            print(&screen::summary(&self.summary, self.folder.path()))?;
+        }
+        Ok(self.is_whole())
+    }
+}
 
 /// Runs the command; true when every run could be flown.
 ///
@@ -57,6 +91,14 @@ pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
     if !args.merge.is_empty() {
         return merge::run(args);
     }
+    complete(args, "")?.tell(args)
+}
+
+/// Flies what is still to be flown of a campaign and writes its files; `name` stands before the progress bar.
+///
+/// # Errors
+/// Bad input, or files that cannot be written.
+pub fn complete(args: &CampaignArgs, name: &str) -> Result<Finished, HostError> {
     let scenario = Scenario::resolve(&args.scenario, &args.selection.sets(&args.common.set))?;
     scenario.check_reach().map_err(|e| ScenarioError { message: format!("{}: {e}", args.scenario) })?;
     let identity = identify(args, &scenario)?;
@@ -72,13 +114,16 @@ pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
     };
     folder.write("scenario.toml", |out| io::Write::write_all(out, scenario.to_toml().as_bytes()))?;
     let started = Instant::now();
-    let flown = fly(args, &engine, &folder)?;
+    let flown = fly(args, name, &engine, &folder)?;
     let wall_s = started.elapsed().as_secs_f64();
-    conclude(args, &folder, &scenario, (flown, wall_s))
+    conclude(folder, scenario, (flown, wall_s))
 }
 
 /// What a campaign is about, checked.
-fn identify(args: &CampaignArgs, scenario: &Scenario) -> Result<Identity, HostError> {
+///
+/// # Errors
+/// No number of runs, or one that is out of range.
+pub(crate) fn identify(args: &CampaignArgs, scenario: &Scenario) -> Result<Identity, HostError> {
     let bad = |what: String| Err(HostError::Option(what));
     let Some(runs) = args.runs else { return bad("--runs is missing: how many runs shall be flown?".into()) };
     if runs == 0 || runs > MOST_RUNS {
@@ -110,7 +155,7 @@ fn sha256(bytes: &[u8]) -> String {
 }
 
 /// Flies what is still to be flown; the number of runs.
-fn fly(args: &CampaignArgs, engine: &Engine<'_>, folder: &Folder) -> Result<u64, HostError> {
+fn fly(args: &CampaignArgs, name: &str, engine: &Engine<'_>, folder: &Folder) -> Result<u64, HostError> {
     let chunks = folder.open_chunks();
     let left: u64 = chunks.iter().map(|chunk| chunk.end - chunk.start).sum();
     let identity = folder.identity();
@@ -124,7 +169,8 @@ fn fly(args: &CampaignArgs, engine: &Engine<'_>, folder: &Folder) -> Result<u64,
     }
     if left > 0 {
         catch_interrupt()?;
-        let progress = Progress::new(left, !args.common.quiet && !args.common.json, !args.common.quiet);
+        let progress =
+            Progress::new(name, left, !args.common.quiet && !args.common.json, !args.common.quiet && name.is_empty());
         let jobs = args.jobs.map_or_else(cores, std::num::NonZeroUsize::get);
         let flown = engine.fly_all(folder, &chunks, jobs, &INTERRUPTED, &|result| progress.flown(result, identity));
         progress.finish();
@@ -139,6 +185,10 @@ fn cores() -> usize {
 }
 
 fn catch_interrupt() -> Result<(), HostError> {
+    // A study flies several campaigns; one handler serves them all.
+    if CAUGHT.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -148,14 +198,9 @@ fn catch_interrupt() -> Result<(), HostError> {
 }
 
 /// Everything that follows from the table of all runs.
-fn conclude(
-    args: &CampaignArgs,
-    folder: &Folder,
-    scenario: &Scenario,
-    (flown, wall_s): (u64, f64),
-) -> Result<bool, HostError> {
+fn conclude(folder: Folder, scenario: Scenario, (flown, wall_s): (u64, f64)) -> Result<Finished, HostError> {
     let table = folder.runs();
-    let facts = ScenarioFacts::of(scenario);
+    let facts = ScenarioFacts::of(&scenario);
     let unreadable = |e| HostError::file("read", &table)(e);
     let runs = Runs::new(Reader::open(&table).map_err(unreadable)?);
     let plain = summarise(&runs, folder.identity(), &facts).map_err(unreadable)?;
@@ -163,18 +208,13 @@ fn conclude(
     // The shortest and most telling file first.
     folder.write(folder::SUMMARY, |out| write_json(&summary, out))?;
     let identity = folder.identity();
-    let page = report::html(&Material { runs: &runs, summary: &summary, scenario, facts: &facts, identity });
+    let page = report::html(&Material { runs: &runs, summary: &summary, scenario: &scenario, facts: &facts, identity });
     let page = page.map_err(|e| HostError::Option(format!("{}: {e}", table.display())))?;
     folder.write(folder::REPORT, |out| io::Write::write_all(out, page.as_bytes()))?;
-    if args.common.json {
-        print_json(&summary)?;
-    } else if !args.common.quiet {
-        print(&screen::summary(&summary, folder.path()))?;
-    }
-    Ok(!summary.outcomes.iter().any(|(word, _)| word == "failed"))
+    Ok(Finished { folder, scenario, facts, summary, runs })
 }
 
-fn write_json(value: &impl Serialize, out: &mut impl io::Write) -> io::Result<()> {
+pub(crate) fn write_json(value: &impl Serialize, out: &mut impl io::Write) -> io::Result<()> {
     serde_json::to_writer_pretty(&mut *out, value)?;
     writeln!(out)
 }

@@ -18,13 +18,16 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A bar over the runs still to be flown; `bar` shows it, `speaks` tells of failed runs.
+    /// A bar over the runs still to be flown; `name` stands before it, `bar` shows it, `speaks` tells of failed runs.
     #[must_use]
-    pub fn new(runs: u64, bar: bool, speaks: bool) -> Self {
-        let template = "  {bar:28.cyan/blue} {pos}/{len} runs  {per_sec}  {eta} left  {msg}";
+    pub fn new(name: &str, runs: u64, bar: bool, speaks: bool) -> Self {
+        let template = "  {prefix}{bar:28.cyan/blue} {pos}/{len} runs  {per_sec}  {eta} left  {msg}";
         let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
         let bar = if bar { ProgressBar::new(runs) } else { ProgressBar::hidden() };
         bar.set_style(style);
+        if !name.is_empty() {
+            bar.set_prefix(format!("{name:<16}"));
+        }
         Self { bar, speaks, failed: AtomicU64::new(0) }
     }
 

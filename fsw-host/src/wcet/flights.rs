@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fsw_core::link::parameters::{MAX_AERO_ROWS, MAX_ATMOSPHERE_ROWS};
+use fsw_core::link::parameters::{GuidanceMode, MAX_AERO_ROWS, MAX_ATMOSPHERE_ROWS};
 use hil_sim::scenario::Scenario;
 
 use crate::error::HostError;
@@ -17,9 +17,32 @@ pub struct HardFlight {
     pub scenario: Scenario,
     /// Which draw of its dispersions.
     pub id: FlightId,
-    /// Whether the flight software believes in the default models (exponential air, constant coefficients): the cost of
-    /// an evaluation of the equations of motion is stated for those.
-    pub default_model: bool,
+    /// What its predictions fly.
+    pub predicts: Predicts,
+}
+
+/// What predictions fly: the cost of an evaluation of the equations of motion is stated for each apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Predicts {
+    /// The default models (exponential air, constant coefficients), a rehearsal of the flight: mode `aeroshell`.
+    Rehearsed,
+    /// The default models, a held bank: the other modes.
+    Held,
+    /// Tables of air and coefficients, in any mode.
+    InTables,
+}
+
+impl Predicts {
+    fn of(scenario: &Scenario) -> Self {
+        let onboard = &scenario.onboard;
+        if onboard.atmosphere.rows.is_some() || onboard.vehicle.aero_table.is_some() {
+            Self::InTables
+        } else if scenario.guidance.mode == GuidanceMode::Aeroshell {
+            Self::Rehearsed
+        } else {
+            Self::Held
+        }
+    }
 }
 
 impl HardFlight {
@@ -35,9 +58,8 @@ impl HardFlight {
     /// A flight of a resolved scenario, without dispersions.
     #[must_use]
     pub fn of(name: &str, scenario: Scenario) -> Self {
-        let exponential = scenario.onboard.atmosphere.rows.is_none();
-        let default_model = exponential && scenario.onboard.vehicle.aero_table.is_none();
-        Self { name: name.to_owned(), scenario, id: FlightId { seed: 1, run: 0, nominal: true }, default_model }
+        let predicts = Predicts::of(&scenario);
+        Self { name: name.to_owned(), scenario, id: FlightId { seed: 1, run: 0, nominal: true }, predicts }
     }
 
     /// The same with the dispersions of a seed.
@@ -130,6 +152,7 @@ pub fn hard_flights() -> Result<Vec<HardFlight>, HostError> {
         new("range trigger", "msl", &["deploy.trigger=range"])?,
         new("dead reckoning", "msl", &["navigation.filter=dead-reckoning"])?,
         new("ideal navigation", "msl-ideal", &[])?,
+        new("paper", "msl", &["guidance.mode=paper"])?.dispersed(8),
         new("every source", "msl", &every)?,
         new("sensor faults", "msl", &[&sensor_faults])?.dispersed(5),
         new("gaps", "msl", &[&gaps])?,
@@ -155,6 +178,7 @@ mod tests {
         names.sort();
         names.dedup();
         assert_eq!(names.len(), flights.len());
-        assert_eq!(flights.iter().filter(|flight| !flight.default_model).count(), 2);
+        let count = |predicts| flights.iter().filter(|flight| flight.predicts == predicts).count();
+        assert_eq!((count(Predicts::Held), count(Predicts::InTables)), (1, 2));
     }
 }

@@ -94,7 +94,7 @@ impl<'a> Line<'a> {
     }
 
     fn fly(&mut self, flight: &HardFlight, done: usize, bar: &Bar) -> Result<Flown, HostError> {
-        let (HardFlight { name, scenario, id, default_model }, place) = (flight, self.place);
+        let (HardFlight { name, scenario, id, predicts }, place) = (flight, self.place);
         if self.insist(Command::ReportCost { on: true })? != CommandOutcome::Accepted {
             return Err(HostError::Option(format!("the flight computer {place} refuses to report its cost")));
         }
@@ -118,7 +118,7 @@ impl<'a> Line<'a> {
             let said = format!("the counter of the flight computer {place} stands still: every frame cost 0");
             return Err(HostError::Option(said));
         }
-        Ok(Flown { name: name.clone(), default_model: *default_model, cost })
+        Ok(Flown { name: name.clone(), predicts: *predicts, cost })
     }
 
     /// Sends a command until the board says what became of it.

@@ -39,12 +39,12 @@ pub fn measure(bench: &Bench<'_>, flights: &[HardFlight], bar: &Bar) -> Result<V
 /// # Errors
 /// No frame reported its cost: the flight computer did not fly, as one that was built from other packets does not.
 pub fn flown(flight: &HardFlight, cost: FlightCost) -> Result<Flown, HostError> {
-    let HardFlight { name, default_model, .. } = flight;
+    let HardFlight { name, predicts, .. } = flight;
     if cost.frames.is_empty() {
         let cause = "the image was built from other sources than this program: build both anew, or leave --image out";
         return Err(HostError::Option(format!("no frame of the flight \"{name}\" reported its cost; {cause}")));
     }
-    Ok(Flown { name: name.clone(), default_model: *default_model, cost })
+    Ok(Flown { name: name.clone(), predicts: *predicts, cost })
 }
 
 /// Searches for the worst frame on a target, with about `candidates` flights. An interrupt ends it with what it has found.

@@ -164,6 +164,7 @@ impl Scenario {
             alignment_gain_ps: g.alignment_gain_ps,
             alignment_max_bank_rad: rad(g.alignment_max_bank_deg),
             alignment_freeze_range_m: g.alignment_freeze_range_km * 1e3,
+            reversal_share: g.reversal_share,
             late_alignment_speed_mps: g.late_alignment_speed_mps,
             range_alignment_speed_mps: g.range_alignment_speed_mps,
         }

@@ -128,7 +128,7 @@ pub struct Navigation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Guidance {
-    /// Algorithm: `paper` or `aeroshell`.
+    /// Algorithm: `aeroshell`, `paper`, `segmented`, `segmented-table` or `apollo`.
     #[serde(with = "names::guidance")]
     pub mode: GuidanceMode,
     /// Step of the predictor.
@@ -165,6 +165,8 @@ pub struct Guidance {
     pub late_alignment_speed_mps: f64,
     /// Mode `aeroshell`, range trigger: the same.
     pub range_alignment_speed_mps: f64,
+    /// Mode `aeroshell`: a bank reversal when the heading offset exceeds this share of the crossrange still recoverable.
+    pub reversal_share: f64,
     /// Limits along the path.
     pub limits: Limits,
 }
@@ -230,5 +232,8 @@ mod names {
         "ideal" => fsw_core::link::parameters::NavigationMode::Ideal);
     named!(guidance, fsw_core::link::parameters::GuidanceMode,
         "paper" => fsw_core::link::parameters::GuidanceMode::Paper,
-        "aeroshell" => fsw_core::link::parameters::GuidanceMode::Aeroshell);
+        "aeroshell" => fsw_core::link::parameters::GuidanceMode::Aeroshell,
+        "segmented" => fsw_core::link::parameters::GuidanceMode::Segmented,
+        "segmented-table" => fsw_core::link::parameters::GuidanceMode::SegmentedTable,
+        "apollo" => fsw_core::link::parameters::GuidanceMode::Apollo);
 }

@@ -17,6 +17,11 @@ const BUILTIN: &[(&str, &str)] = &[
     ("msl-beacon", include_str!("builtin/msl-beacon.toml")),
     ("msl-direct", include_str!("builtin/msl-direct.toml")),
     ("paper-exp40", include_str!("builtin/paper-exp40.toml")),
+    ("msl-winds", include_str!("builtin/msl-winds.toml")),
+    ("msl-hard", include_str!("builtin/msl-hard.toml")),
+    ("low-beta", include_str!("builtin/low-beta.toml")),
+    ("high-lift", include_str!("builtin/high-lift.toml")),
+    ("southern-winter", include_str!("builtin/southern-winter.toml")),
 ];
 
 impl Scenario {
@@ -509,7 +514,7 @@ mod tests {
         let said = |name: &str| Scenario::resolve(name, &[]).unwrap_err().message;
         assert_eq!(
             said("mls"),
-            "mls: neither a built-in scenario (msl, msl-ideal, msl-beacon, msl-direct, paper-exp40) nor a file"
+            "mls: neither a built-in scenario (msl, msl-ideal, msl-beacon, msl-direct, paper-exp40, msl-winds, msl-hard, low-beta, high-lift, southern-winter) nor a file"
         );
         assert_eq!(said("no/such.toml"), "no/such.toml: the scenario cannot be read: no such file");
         let folder = folder("unreadable", &[]);

@@ -115,6 +115,7 @@ pub const RANGES: &[Range] = &[
     row("guidance.alignment_gain_ps", 0.0, 10.0, "1/s"),
     row("guidance.alignment_max_bank_deg", 0.0, 90.0, "deg"),
     row("guidance.alignment_freeze_range_km", 0.0, 1000.0, "km"),
+    row("guidance.reversal_share", 0.0, 10.0, ""),
     row("guidance.late_alignment_speed_mps", 0.0, 5000.0, "m/s"),
     row("guidance.range_alignment_speed_mps", 0.0, 5000.0, "m/s"),
     row("guidance.limits.load_g", 0.2, 100.0, "g"),

@@ -85,9 +85,9 @@ pub enum EventKind {
         /// How many.
         count: u16,
     },
-    /// The corrector found no bank that reaches the target.
+    /// For several cycles no bank reached the target.
     TargetUnreachable {
-        /// Predicted downrange error with the best bank, m.
+        /// Predicted miss with the best bank, m: downrange, positive beyond the target, or, where it is worse, to the side.
         miss_m: f32,
     },
     /// The covariance was not positive and was restored.

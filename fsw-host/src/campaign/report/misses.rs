@@ -76,7 +76,8 @@ fn cloud(points: &[Point], reach: f64, height: u32) -> Panel {
     panel.crosses(vec![(0.0, 0.0)], Ink::Green)
 }
 
-fn curve(at: impl Fn(f64, f64) -> Point) -> Vec<Point> {
+/// A closed curve, from the cosine and sine of the angle along it.
+pub(crate) fn curve(at: impl Fn(f64, f64) -> Point) -> Vec<Point> {
     let angle = |k: u32| f64::from(k) * std::f64::consts::TAU / f64::from(CORNERS);
     (0..=CORNERS).map(|k| at(angle(k).cos(), angle(k).sin())).collect()
 }

@@ -1,0 +1,44 @@
+//! What can be asked of `study`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::cli::Common;
+
+/// Runs of a study when nothing is said.
+const DEFAULT_RUNS: u64 = 1_000;
+
+/// The papers' experiments.
+#[derive(Clone, Debug, Subcommand)]
+pub enum StudyCommand {
+    /// P4 (Xia et al. 2015): the predictor-corrector against its segmented forms.
+    Npc(StudyArgs),
+}
+
+/// Options of a study.
+#[derive(Clone, Debug, Args)]
+pub struct StudyArgs {
+    /// Dispersed runs of each guidance mode.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_RUNS, allow_negative_numbers = true)]
+    pub runs: u64,
+    /// Seed of the dispersions.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    pub seed: u64,
+    /// Built-in scenario or TOML file that the study starts from.
+    #[arg(long, value_name = "F", default_value = "msl")]
+    pub config: String,
+    /// Threads; as many as there are cores when left out. Results do not depend on it.
+    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    pub jobs: Option<std::num::NonZeroUsize>,
+    /// Study folder: new, or one in which the same study was begun, which then goes on. Without it
+    /// studies/npc-SCENARIO-seedS-Nruns.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replaces another study in the folder.
+    #[arg(long)]
+    pub force: bool,
+    /// Shared options; `--set` is stronger than the conditions of the study.
+    #[command(flatten)]
+    pub common: Common,
+}
