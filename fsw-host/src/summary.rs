@@ -151,6 +151,7 @@ fn milestone_name(kind: &EventKind) -> Option<String> {
                 DeployCause::Trigger => "parachute fired",
                 DeployCause::Floor => "parachute fired at the altitude floor",
                 DeployCause::MinimumSpeed => "parachute fired at the minimum speed",
+                DeployCause::BoxFloor => "parachute fired at the lowest altitude of the box",
             }
             .to_owned(),
         ),

@@ -9,7 +9,9 @@ use super::schedule::{
 use crate::config::Config;
 use crate::control::{self, BankDemand};
 use crate::fault::{EventLog, FrameReport, Monitor};
-use crate::guidance::{Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, alignment_speed_mps, trigger};
+use crate::guidance::{
+    Guidance, GuidanceContext, GuidanceInput, GuidanceOutput, Verdict, alignment_speed_mps, trigger,
+};
 use crate::link::packet::{
     Actuator, DeployCause, EventKind, GuidanceTlm, HealthTlm, Mode, NavTlm, Pace, RejectCounters, Severity,
 };
@@ -283,9 +285,13 @@ impl Executive {
             let kind = EventKind::Reversal { bank_rad: bank_rad as f32 };
             self.log.record(now, Severity::Activity, kind);
         }
-        if let Some(miss_m) = command.unreachable_m {
-            let kind = EventKind::TargetUnreachable { miss_m: miss_m as f32 };
-            self.log.record(now, Severity::Warning, kind);
+        match command.verdict {
+            Some(Verdict::Unreachable(miss_m)) => {
+                let kind = EventKind::TargetUnreachable { miss_m: miss_m as f32 };
+                self.log.record(now, Severity::Warning, kind);
+            }
+            Some(Verdict::Reachable) => self.log.record(now, Severity::Activity, EventKind::TargetReachable),
+            None => {}
         }
     }
 

@@ -18,6 +18,7 @@ pub mod corrector;
 pub mod course;
 pub mod cycle;
 pub mod density;
+pub mod felt;
 pub mod heading;
 pub mod lateral;
 pub mod predictor;
@@ -33,7 +34,7 @@ use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
     ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
-use crate::math::fun::{cos, ln, sin, sin_cos};
+use crate::math::fun::{cos, ln, sin};
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
@@ -48,6 +49,7 @@ use cycle::{Cycle, CycleContext, CycleResult, CycleStart};
 use heading::{Alignment, AlignmentState};
 use predictor::Stop;
 use reach::Reach;
+pub use reach::Verdict;
 use segments::Segments;
 use steering::{Sight, Steering};
 use turn::BankState;
@@ -127,7 +129,7 @@ impl<'a> GuidanceContext<'a> {
             target_p: self.target_p(),
             radius_m: self.model.planet.radius_m,
             alignment_speed_mps: self.alignment_speed_mps(),
-            stop_speed_mps: self.deploy.speed_mps,
+            stop_speed_mps: trigger::expected_speed_mps(self.deploy, self.model),
             lift_to_drag: lift / drag,
         })
     }
@@ -149,7 +151,10 @@ impl<'a> GuidanceContext<'a> {
             constraints: self.constraints,
             control: self.control,
             stop: Stop {
-                speed_mps: segment.map_or(self.deploy.speed_mps, |segment| f64::from(segment.speed_mps)),
+                speed_mps: segment.map_or_else(
+                    || trigger::expected_speed_mps(self.deploy, self.model),
+                    |segment| f64::from(segment.speed_mps),
+                ),
                 radius_m: self.model.planet.radius_m + self.deploy.floor_altitude_m,
                 horizon_s: self.guidance.prediction_horizon_s,
             },
@@ -194,8 +199,8 @@ pub struct GuidanceOutput {
     pub telemetry: Option<GuidanceTlm>,
     /// A bank reversal was commanded: the new bank, rad.
     pub reversal: Option<f64>,
-    /// The target has just gone out of reach: predicted miss, m; see [`Reach::judge`].
-    pub unreachable_m: Option<f64>,
+    /// The verdict on reaching the target has just changed; see [`Reach::judge`].
+    pub verdict: Option<Verdict>,
 }
 
 /// The guidance of one flight. Fixed size, no references; [`Guidance::advance`] is a pure function of it and its input.
@@ -376,11 +381,10 @@ impl Guidance {
     /// The command of terminal-point guidance.
     fn terminal(&self, course: &Course, input: &GuidanceInput<'_>) -> CycleResult {
         let (estimate, context) = (input.estimate, &input.context);
-        let (sine, cosine) = sin_cos(context.model.vehicle.trim_angle_of_attack_rad);
         apollo::Terminal {
             speed_mps: estimate.speed_mps,
             climb_mps: course.up.dot(&estimate.v_p),
-            drag_mps2: -estimate.specific_force_b.dot(&Vec3::new(cosine, 0.0, sine)),
+            drag_mps2: felt::drag_mps2(estimate, context.model),
             range_to_go_m: course.range_m(&context.target_p(), context.model.planet.radius_m),
         }
         .command(cos(context.guidance.max_bank_rad), cos(context.guidance.min_bank_rad))
@@ -418,7 +422,7 @@ impl Guidance {
             self.reversals = self.reversals.saturating_add(1);
             output.reversal = Some(self.command_rad);
         }
-        output.unreachable_m = self.reach.judge(result);
+        output.verdict = self.reach.judge(result);
     }
 
     /// Heading alignment: a new command in every frame, a report once a second.

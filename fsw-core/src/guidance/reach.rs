@@ -2,7 +2,7 @@
 //!
 //! Two signs that it cannot, both from the best prediction of a cycle:
 //!
-//! * downrange: the bank is at a limit, and the path still ends short or long;
+//! * downrange: the bank is at a limit, its own or one of load, heat or pressure, and the path still ends short or long;
 //! * lateral, in mode `aeroshell`: the rehearsed path ends beside the target, which still lies on the side that was banked to
 //!   all the way.
 //!
@@ -22,6 +22,16 @@ const WITHIN_M: f64 = 500.0;
 /// Cycles in a row, nearly, that it takes to give the verdict or to take it back.
 const CYCLES: u8 = 3;
 
+/// How the verdict has just changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// Out of reach, with the predicted miss, m: downrange, positive beyond the target, or to the side, positive,
+    /// whichever is worse.
+    Unreachable(f64),
+    /// In reach again.
+    Reachable,
+}
+
 /// The verdict and the doubts about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reach {
@@ -34,10 +44,9 @@ impl Reach {
     /// The target is taken to be in reach.
     pub const NEW: Self = Self { doubts: 0, lost: false };
 
-    /// Takes note of a cycle; the predicted miss, m, when the verdict has just been given: downrange, positive beyond the
-    /// target, or to the side, positive, whichever is worse.
-    pub fn judge(&mut self, result: &CycleResult) -> Option<f64> {
-        let at_a_limit = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long);
+    /// Takes note of a cycle; the verdict, when this cycle has changed it.
+    pub fn judge(&mut self, result: &CycleResult) -> Option<Verdict> {
+        let at_a_limit = matches!(result.outcome, CycleOutcome::Short | CycleOutcome::Long | CycleOutcome::Constrained);
         let along_m = if at_a_limit { result.error_m } else { 0.0 };
         let aside_m = max(result.aside_m, 0.0);
         let miss_m = max(abs(along_m), aside_m);
@@ -48,13 +57,11 @@ impl Reach {
         }
         let before = self.lost;
         self.lost = self.doubts == CYCLES || (before && self.doubts > 0);
-        (self.lost && !before).then_some(if aside_m > abs(along_m) { aside_m } else { along_m })
-    }
-
-    /// Whether the target is out of reach.
-    #[must_use]
-    pub fn is_lost(&self) -> bool {
-        self.lost
+        match (before, self.lost) {
+            (false, true) => Some(Verdict::Unreachable(if aside_m > abs(along_m) { aside_m } else { along_m })),
+            (true, false) => Some(Verdict::Reachable),
+            _ => None,
+        }
     }
 }
 
@@ -67,16 +74,16 @@ mod tests {
         CycleResult { bank_rad: 1.0, error_m, aside_m, peaks: Peaks::default(), outcome }
     }
 
-    /// Which of a row of equal cycles gives the verdict, counted from one, and what it says.
-    fn verdict(result: &CycleResult) -> Option<(u8, f64)> {
+    /// Which of a row of equal cycles gives a verdict, counted from one, and what it says.
+    fn verdict(result: &CycleResult) -> Option<(u8, Verdict)> {
         let mut reach = Reach::NEW;
         (1..100).find_map(|cycle| Some((cycle, reach.judge(result)?)))
     }
 
     #[test]
     fn a_miss_at_a_bank_limit_that_stays_is_named_once_with_its_sign() {
-        assert_eq!(verdict(&result(CycleOutcome::Short, -5e3, 0.0)), Some((CYCLES, -5e3)));
-        assert_eq!(verdict(&result(CycleOutcome::Long, 5e3, 0.0)), Some((CYCLES, 5e3)));
+        assert_eq!(verdict(&result(CycleOutcome::Short, -5e3, 0.0)), Some((CYCLES, Verdict::Unreachable(-5e3))));
+        assert_eq!(verdict(&result(CycleOutcome::Long, 5e3, 0.0)), Some((CYCLES, Verdict::Unreachable(5e3))));
         let mut reach = Reach::NEW;
         let named = (0..100).filter(|_| reach.judge(&result(CycleOutcome::Long, 5e3, 0.0)).is_some());
         assert_eq!(named.count(), 1);
@@ -84,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_target_that_stays_on_the_side_banked_to_is_named_and_one_crossed_is_not() {
-        assert_eq!(verdict(&result(CycleOutcome::Converged, 20.0, 40e3)), Some((CYCLES, 40e3)));
+        assert_eq!(verdict(&result(CycleOutcome::Converged, 20.0, 40e3)), Some((CYCLES, Verdict::Unreachable(40e3))));
         assert_eq!(verdict(&result(CycleOutcome::Converged, 20.0, -40e3)), None);
     }
 
@@ -95,10 +102,9 @@ mod tests {
         assert_eq!(verdict(&result(CycleOutcome::Short, f64::NAN, f64::NAN)), None);
     }
 
-    fn after(reach: &mut Reach, cycles: u8, result: &CycleResult) {
-        for _ in 0..cycles {
-            let _ = reach.judge(result);
-        }
+    /// The last change that a row of equal cycles makes.
+    fn after(reach: &mut Reach, cycles: u8, result: &CycleResult) -> Option<Verdict> {
+        (0..cycles).filter_map(|_| reach.judge(result)).last()
     }
 
     #[test]
@@ -108,13 +114,10 @@ mod tests {
         let mut reach = Reach::NEW;
         // Every other cycle: never.
         assert!((0..50).all(|_| reach.judge(&far).is_none() && reach.judge(&near).is_none()));
-        after(&mut reach, CYCLES, &far);
-        assert!(reach.is_lost());
-        after(&mut reach, 50, &between);
-        assert!(reach.is_lost(), "between the two thresholds the verdict stands");
-        after(&mut reach, CYCLES - 1, &near);
-        assert!(reach.is_lost());
-        after(&mut reach, 1, &near);
-        assert!(!reach.is_lost());
+        assert_eq!(after(&mut reach, CYCLES, &far), Some(Verdict::Unreachable(-5e3)));
+        assert_eq!(after(&mut reach, 50, &between), None, "between the two thresholds the verdict stands");
+        assert_eq!(after(&mut reach, CYCLES - 1, &near), None);
+        assert_eq!(after(&mut reach, 1, &near), Some(Verdict::Reachable));
+        assert_eq!(after(&mut reach, 50, &near), None);
     }
 }

@@ -1,19 +1,30 @@
-//! Parachute trigger: (trigger AND deploy limits) OR altitude below the floor.
+//! Parachute trigger: ((trigger OR lowest altitude of the box) AND deploy limits) OR altitude below the floor.
 //!
 //! Which limits of the deploy box hold a trigger back? Those that falling on heals: the upper limits of altitude, Mach
 //! number and dynamic pressure (a canopy opened above them may fail; the vehicle slows and sinks out of them). The lower
 //! limits do not: once speed, Mach or altitude is too low, every further second makes it worse, so the parachute fires
-//! and the summary of the flight says that the box was missed. The floor fires whatever else holds.
+//! and the summary of the flight says that the box was missed. For the same reason a vehicle that sinks to the lowest altitude
+//! of the box does not wait for its trigger: it opens there, inside the box. The floor fires whatever else holds.
 
 use crate::frames::{PlanetFixed, Vec3};
 use crate::link::packet::DeployCause;
 use crate::link::parameters::{DeployParameters, TriggerKind};
+use crate::math::num::min;
 use crate::model::OnboardModel;
 use crate::model::loads::dynamic_pressure_pa;
 use crate::nav::Estimate;
 
 use super::GuidanceContext;
-use super::density;
+use super::{density, felt};
+
+/// Planet-relative speed at which the speed trigger is to be expected, m/s: its own, or, in cold air, the slower one at which
+/// the Mach number no longer holds it back in the middle of the deploy box.
+#[must_use]
+#[inline(never)] // of use in a few places
+pub fn expected_speed_mps(deploy: &DeployParameters, model: &OnboardModel) -> f64 {
+    let altitude_m = 0.5 * (deploy.min_altitude_m + deploy.max_altitude_m);
+    min(deploy.speed_mps, deploy.max_mach * model.atmosphere.speed_of_sound_mps(altitude_m))
+}
 
 /// What the trigger looks at, all of it estimated on board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,18 +42,16 @@ pub struct TriggerState {
 }
 
 impl TriggerState {
-    /// What the trigger looks at, from the estimate and the onboard model in the air that navigation found.
+    /// What the trigger looks at, from the estimate and the onboard model. The dynamic pressure is that felt: in thin air the
+    /// modelled one would hold the parachute back until the floor.
     #[must_use]
     pub fn of(estimate: &Estimate, model: &OnboardModel) -> Self {
         let (altitude_m, speed_mps) = (estimate.altitude_m, estimate.speed_mps);
         let density_kgpm3 = model.atmosphere.density(altitude_m) * density::ratio(estimate);
-        Self {
-            r_p: estimate.r_p,
-            v_p: estimate.v_p,
-            altitude_m,
-            mach: model.mach(altitude_m, speed_mps),
-            dynamic_pressure_pa: dynamic_pressure_pa(density_kgpm3, speed_mps),
-        }
+        let mach = model.mach(altitude_m, speed_mps);
+        let modelled_pa = dynamic_pressure_pa(density_kgpm3, speed_mps);
+        let dynamic_pressure_pa = felt::dynamic_pressure_pa(estimate, model, mach, modelled_pa);
+        Self { r_p: estimate.r_p, v_p: estimate.v_p, altitude_m, mach, dynamic_pressure_pa }
     }
 }
 
@@ -77,7 +86,13 @@ pub fn decide(
     let held_back = state.altitude_m > deploy.max_altitude_m
         || state.mach > deploy.max_mach
         || state.dynamic_pressure_pa > deploy.max_dynamic_pressure_pa;
-    if held_back { None } else { triggered(state, target_p, kind, deploy) }
+    if held_back {
+        None
+    } else if let Some(cause) = triggered(state, target_p, kind, deploy) {
+        Some(cause)
+    } else {
+        (state.altitude_m <= deploy.min_altitude_m).then_some(DeployCause::BoxFloor)
+    }
 }
 
 /// The trigger alone, without limits.
@@ -124,6 +139,16 @@ mod tests {
         max_dynamic_pressure_pa: 900.0,
     };
 
+    #[test]
+    fn in_cold_air_the_speed_to_expect_is_that_of_the_mach_limit() {
+        let config = crate::config::Config::DEFAULT;
+        let model = OnboardModel::new(config.planet, &config.vehicle, &[], &config.atmosphere, &[]).unwrap();
+        assert_eq!(expected_speed_mps(&DEPLOY, &model), 450.0);
+        let cold = DeployParameters { max_mach: 1.8, ..DEPLOY };
+        let expected = expected_speed_mps(&cold, &model);
+        assert!(expected < 450.0 && (model.mach(9e3, expected) - 1.8).abs() < 1e-12, "{expected}");
+    }
+
     /// Flying east at the equator, the target `ahead_m` further east.
     fn state(speed_mps: f64, ahead_m: f64) -> (TriggerState, Vec3<PlanetFixed>) {
         let (r_p, v_p) = PlanetRelative {
@@ -169,6 +194,17 @@ mod tests {
         assert_eq!(with(|s| s.dynamic_pressure_pa = 901.0), None);
         for fired in [with(|s| s.altitude_m = 4.5e3), with(|s| s.mach = 1.0), with(|s| s.dynamic_pressure_pa = 250.0)] {
             assert_eq!(fired, Some(DeployCause::Trigger));
+        }
+    }
+
+    #[test]
+    fn at_the_lowest_altitude_of_the_box_the_parachute_opens_if_the_limits_allow_it() {
+        let (s, target) = state(455.0, 2e3);
+        for kind in [TriggerKind::Speed, TriggerKind::Range] {
+            let at = |altitude_m, mach| decide(&TriggerState { altitude_m, mach, ..s }, &target, kind, &DEPLOY);
+            assert_eq!(at(5.001e3, 2.15), None);
+            assert_eq!(at(5e3, 2.15), Some(DeployCause::BoxFloor));
+            assert_eq!(at(4.8e3, 2.25), None);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use fsw_core::config::Config;
 use fsw_core::control;
-use fsw_core::guidance::{Guidance, GuidanceContext, GuidanceInput, trigger};
+use fsw_core::guidance::{Guidance, GuidanceContext, GuidanceInput, Verdict, trigger};
 use fsw_core::link::packet::{CycleOutcome, DeployCause, Mode};
 use fsw_core::model::OnboardModel;
 use fsw_core::model::entry::Environment;
@@ -105,7 +105,9 @@ pub fn fly(
         let input =
             GuidanceInput { now: MissionTime::of_frame(frame), frame, estimate: &estimate, mode, shed: false, context };
         let command = guidance.advance(&input);
-        out.unreachable_m = out.unreachable_m.or(command.unreachable_m);
+        if let Some(Verdict::Unreachable(miss_m)) = command.verdict {
+            out.unreachable_m.get_or_insert(miss_m);
+        }
         if let Some(t) = &command.telemetry {
             out.outcomes.push(t.outcome);
             if t.predictions > 0 {

@@ -1,8 +1,7 @@
 //! Watches one flight and keeps what a campaign wants to know of it: figures, not histories.
 
 use fsw_core::link::packet::{
-    Actuator, CycleOutcome, DeployCause, Downlink, Event, EventKind, Frame, GuidanceTlm, HealthTlm, NavTlm,
-    RejectCounters,
+    Actuator, DeployCause, Downlink, Event, EventKind, Frame, GuidanceTlm, HealthTlm, NavTlm, RejectCounters,
 };
 use fsw_core::planet::STANDARD_GRAVITY_MPS2;
 use fsw_core::time::FRAME;
@@ -39,7 +38,7 @@ pub struct Flown {
     pub unreachable_m: Option<f64>,
     /// Times that it said so.
     pub unreachable_events: u32,
-    /// The last word of the corrector: true when it was that no bank reaches the target.
+    /// The last word of the flight software: true when it was that the target is out of reach.
     pub unreachable_at_end: bool,
     /// Position error of the navigation at its last epoch, m.
     pub position_error_m: Option<f64>,
@@ -175,13 +174,6 @@ impl<'a> Observer<'a> {
     pub fn guidance(&mut self, cycle: &GuidanceTlm) {
         self.flown.work.add(cycle);
         self.flown.reversals = self.flown.reversals.max(u32::from(cycle.reversals));
-        match cycle.outcome {
-            CycleOutcome::Short | CycleOutcome::Long => self.flown.unreachable_at_end = true,
-            CycleOutcome::Converged | CycleOutcome::BestSoFar | CycleOutcome::Constrained => {
-                self.flown.unreachable_at_end = false;
-            }
-            CycleOutcome::Idle | CycleOutcome::Alignment | CycleOutcome::Held => {}
-        }
     }
 
     /// Something happened.
@@ -191,12 +183,15 @@ impl<'a> Observer<'a> {
             EventKind::TargetUnreachable { miss_m } => {
                 self.flown.unreachable_m = Some(f64::from(miss_m));
                 self.flown.unreachable_events += 1;
+                self.flown.unreachable_at_end = true;
             }
+            EventKind::TargetReachable => self.flown.unreachable_at_end = false,
             EventKind::ParachuteFired { cause, .. } => {
                 self.flown.deploy_cause = Some(match cause {
                     DeployCause::Trigger => "trigger",
                     DeployCause::Floor => "floor",
                     DeployCause::MinimumSpeed => "minimum speed",
+                    DeployCause::BoxFloor => "lowest altitude of the box",
                 });
             }
             _ => {}

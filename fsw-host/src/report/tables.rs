@@ -74,6 +74,7 @@ fn describe(kind: &EventKind) -> String {
                 DeployCause::Trigger => "trigger",
                 DeployCause::Floor => "altitude floor, last chance",
                 DeployCause::MinimumSpeed => "lowest speed of the window",
+                DeployCause::BoxFloor => "lowest altitude of the box",
             };
             format!(
                 "parachute fired by {cause} at {} km and {} m/s (estimates)",
@@ -90,6 +91,7 @@ fn describe(kind: &EventKind) -> String {
         EventKind::TargetUnreachable { miss_m } => {
             format!("target out of reach by {} km with the best bank", f(miss_m * 1e-3, 1))
         }
+        EventKind::TargetReachable => "target in reach again".to_owned(),
         EventKind::CovarianceRestored { times } => format!("covariance restored, {times} so far"),
         EventKind::NavigationInvalid => "navigation estimate not usable".to_owned(),
         EventKind::FrameOverrun { slot, cost, budget } => {

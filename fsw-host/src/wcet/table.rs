@@ -377,7 +377,7 @@ mod tests {
         let named = metrics(&flights, &cycles, Budgets::Cycles);
         assert_eq!(named.into_iter().collect::<Vec<_>>(), [("stack_high_water_bytes".to_owned(), 900.0)]);
         let unknown = rows(&flights, Budgets::Instructions(None));
-        assert_eq!(row(&unknown, "predictor evaluation, mean").budget, None);
+        assert_eq!(row(&unknown, "evaluation, mean").budget, None);
         assert!(row(&unknown, "whole frame").is_over());
     }
 

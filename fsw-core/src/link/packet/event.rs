@@ -108,6 +108,8 @@ pub enum EventKind {
     },
     /// The flight computer has restarted by itself.
     Restarted(RestartReport),
+    /// The target called unreachable before is in reach again.
+    TargetReachable,
 }
 
 /// What the flight computer found in its black box when it started.
@@ -147,4 +149,6 @@ pub enum DeployCause {
     Floor,
     /// The lower end of the speed window of the range trigger.
     MinimumSpeed,
+    /// The lowest altitude of the deploy box: falling on would leave it.
+    BoxFloor,
 }
