@@ -91,6 +91,34 @@ pub struct GuidanceContext<'a> {
     pub force_noise_mps2: f64,
 }
 
+/// What follows from the parameters and costs hundreds of instructions: found once a second.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    /// Direction of the target, planet-fixed unit vector.
+    target_p: Vec3<PlanetFixed>,
+    /// Planet-relative speed at which the speed trigger is to be expected, m/s; zero before anything has been found.
+    stop_speed_mps: f64,
+    /// Lift over drag at high speed.
+    lift_to_drag: f64,
+}
+
+impl Aim {
+    const NONE: Self = Self { target_p: Vec3::zero(), stop_speed_mps: 0.0, lift_to_drag: 0.0 };
+
+    fn of(context: &GuidanceContext<'_>) -> Self {
+        let (drag, lift) = context.model.aero.coefficients(HYPERSONIC_MACH);
+        Self {
+            target_p: context.target_p(),
+            stop_speed_mps: trigger::expected_speed_mps(context.deploy, context.model),
+            lift_to_drag: lift / drag,
+        }
+    }
+
+    fn is_none(&self) -> bool {
+        self.stop_speed_mps == 0.0
+    }
+}
+
 impl<'a> GuidanceContext<'a> {
     /// Direction of the target, planet-fixed unit vector.
     #[must_use]
@@ -105,9 +133,9 @@ impl<'a> GuidanceContext<'a> {
     }
 
     /// What is flown to: the target, or the next waypoint of mode `segmented`.
-    fn point_flown_to(&self, segments: &Segments) -> Vec3<PlanetFixed> {
+    fn point_flown_to(&self, segments: &Segments, aim: &Aim) -> Vec3<PlanetFixed> {
         let waypoint = self.segment(segments).filter(|_| self.mode == GuidanceMode::Segmented);
-        waypoint.map_or_else(|| self.target_p(), tables::Segment::direction_p)
+        waypoint.map_or(aim.target_p, tables::Segment::direction_p)
     }
 
     /// Whether the air is learned; the paper's designs fly the nominal one, or the one that navigation knows.
@@ -121,20 +149,19 @@ impl<'a> GuidanceContext<'a> {
         alignment_speed_mps(self.guidance, self.mode, self.trigger)
     }
 
-    fn steering(&self) -> Option<Steering<'a>> {
-        let (drag, lift) = self.model.aero.coefficients(HYPERSONIC_MACH);
+    fn steering(&self, aim: &Aim) -> Option<Steering<'a>> {
         (self.mode == GuidanceMode::Aeroshell).then(|| Steering {
             guidance: self.guidance,
             control: self.control,
-            target_p: self.target_p(),
+            target_p: aim.target_p,
             radius_m: self.model.planet.radius_m,
             alignment_speed_mps: self.alignment_speed_mps(),
-            stop_speed_mps: trigger::expected_speed_mps(self.deploy, self.model),
-            lift_to_drag: lift / drag,
+            stop_speed_mps: aim.stop_speed_mps,
+            lift_to_drag: aim.lift_to_drag,
         })
     }
 
-    fn cycle<'b>(&self, air: &'b AirProfile, segments: &Segments) -> CycleContext<'b>
+    fn cycle<'b>(&self, air: &'b AirProfile, segments: &Segments, aim: &Aim) -> CycleContext<'b>
     where
         'a: 'b,
     {
@@ -145,20 +172,17 @@ impl<'a> GuidanceContext<'a> {
             remainder: remainder
                 .map(|segment| (segment, ln(air.density_kgpm3(at_m) / self.model.atmosphere.density(at_m)))),
             air,
-            steering: self.steering(),
+            steering: self.steering(aim),
             model: self.model,
             guidance: self.guidance,
             constraints: self.constraints,
             control: self.control,
             stop: Stop {
-                speed_mps: segment.map_or_else(
-                    || trigger::expected_speed_mps(self.deploy, self.model),
-                    |segment| f64::from(segment.speed_mps),
-                ),
+                speed_mps: segment.map_or(aim.stop_speed_mps, |segment| f64::from(segment.speed_mps)),
                 radius_m: self.model.planet.radius_m + self.deploy.floor_altitude_m,
                 horizon_s: self.guidance.prediction_horizon_s,
             },
-            target_p: self.point_flown_to(segments),
+            target_p: self.point_flown_to(segments, aim),
         }
     }
 }
@@ -206,6 +230,7 @@ pub struct GuidanceOutput {
 /// The guidance of one flight. Fixed size, no references; [`Guidance::advance`] is a pure function of it and its input.
 #[derive(Clone, Debug)]
 pub struct Guidance {
+    aim: Aim,
     command_rad: f64,
     /// Side banked to, +1 right, −1 left, 0 before range control.
     side: f64,
@@ -242,6 +267,7 @@ impl Guidance {
     /// All zero bytes, to become [`Self::new`] by [`Self::wake`].
     pub(crate) const fn dormant() -> Self {
         Self {
+            aim: Aim::NONE,
             command_rad: 0.0,
             side: 0.0,
             cycle: Slot::Empty,
@@ -285,6 +311,9 @@ impl Guidance {
         let on_the_second = input.frame.is_multiple_of(FRAMES_PER_SECOND) || second > self.second;
         self.second = second;
         let mut output = GuidanceOutput::default();
+        if on_the_second || self.aim.is_none() {
+            self.aim = Aim::of(&input.context);
+        }
         self.learn(input);
         match input.mode {
             Mode::Standby | Mode::Coast => self.command_rad = wrap_angle(input.context.control.initial_bank_rad),
@@ -345,7 +374,7 @@ impl Guidance {
             }
             self.cycles = self.cycles.saturating_add(1);
         }
-        let context = input.context.cycle(&self.air, &self.segments);
+        let context = input.context.cycle(&self.air, &self.segments, &self.aim);
         if let (Some(cycle), false) = (self.cycle.get_mut(), input.shed) {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
@@ -385,7 +414,7 @@ impl Guidance {
             speed_mps: estimate.speed_mps,
             climb_mps: course.up.dot(&estimate.v_p),
             drag_mps2: felt::drag_mps2(estimate, context.model),
-            range_to_go_m: course.range_m(&context.target_p(), context.model.planet.radius_m),
+            range_to_go_m: course.range_m(&self.aim.target_p, context.model.planet.radius_m),
         }
         .command(cos(context.guidance.max_bank_rad), cos(context.guidance.min_bank_rad))
     }
@@ -412,9 +441,9 @@ impl Guidance {
         input: &GuidanceInput<'_>,
         output: &mut GuidanceOutput,
     ) {
-        let target_p = input.context.point_flown_to(&self.segments);
+        let target_p = input.context.point_flown_to(&self.segments, &self.aim);
         let offset_m = course.heading_offset_m(&target_p, input.context.model.planet.radius_m);
-        let threshold_m = threshold_m(course, result.bank_rad, input);
+        let threshold_m = self.threshold_m(course, result.bank_rad, input);
         let side = lateral::side(self.side, offset_m, threshold_m);
         self.command_rad = side * result.bank_rad;
         if side != self.side {
@@ -429,15 +458,14 @@ impl Guidance {
     #[inline(never)]
     fn heading_alignment(&mut self, input: &GuidanceInput<'_>, on_the_second: bool, output: &mut GuidanceOutput) {
         let (estimate, context) = (input.estimate, &input.context);
-        let target_p = context.target_p();
         let course = usable_course(estimate);
-        if let (Some(_), Some(steering)) = (&course, context.steering()) {
+        if let (Some(_), Some(steering)) = (&course, context.steering(&self.aim)) {
             self.command_rad = self.sighted(estimate, context, &steering);
         } else if course.is_some() {
             let state = AlignmentState {
                 r_p: &estimate.r_p,
                 v_p: &estimate.v_p,
-                target_p: &target_p,
+                target_p: &self.aim.target_p,
                 density_ratio: density::ratio(estimate),
             };
             if let Some(bank_rad) = self.alignment.command(&state, context.model, context.guidance) {
@@ -493,11 +521,11 @@ impl Guidance {
     /// The part of a report that needs no prediction.
     #[inline(never)]
     fn where_we_are(&self, course: &Course, input: &GuidanceInput<'_>) -> GuidanceTlm {
-        let (target_p, radius_m) = (input.context.target_p(), input.context.model.planet.radius_m);
+        let (target_p, radius_m) = (self.aim.target_p, input.context.model.planet.radius_m);
         GuidanceTlm {
             range_to_go_m: course.range_m(&target_p, radius_m),
             heading_offset_m: course.heading_offset_m(&target_p, radius_m),
-            heading_threshold_m: threshold_m(course, self.command_rad, input),
+            heading_threshold_m: self.threshold_m(course, self.command_rad, input),
             ..self.held(input)
         }
     }
@@ -513,18 +541,18 @@ impl Guidance {
             ..GuidanceTlm::default()
         }
     }
-}
 
-/// Threshold of the heading offset, m, with a bank.
-#[inline(never)] // twice a second
-fn threshold_m(course: &Course, bank_rad: f64, input: &GuidanceInput<'_>) -> f64 {
-    let (context, speed_mps) = (&input.context, input.estimate.speed_mps);
-    match context.steering() {
-        Some(steering) => {
-            let away = (course.up - context.target_p()).norm();
-            steering.threshold_m(away, speed_mps, sin(bank_rad))
+    /// Threshold of the heading offset, m, with a bank.
+    #[inline(never)] // twice a second
+    fn threshold_m(&self, course: &Course, bank_rad: f64, input: &GuidanceInput<'_>) -> f64 {
+        let speed_mps = input.estimate.speed_mps;
+        match input.context.steering(&self.aim) {
+            Some(steering) => {
+                let away = (course.up - self.aim.target_p).norm();
+                steering.threshold_m(away, speed_mps, sin(bank_rad))
+            }
+            None => lateral::threshold_m(speed_mps, input.context.guidance),
         }
-        None => lateral::threshold_m(speed_mps, context.guidance),
     }
 }
 

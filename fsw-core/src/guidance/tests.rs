@@ -73,7 +73,7 @@ fn run(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>) -> u32 {
 
 fn run_in(cycle: &mut Cycle, steps: u32, context: &GuidanceContext<'_>, air: &AirProfile) -> u32 {
     for frame in 1..10_000 {
-        cycle.advance(steps, &context.cycle(air, &Segments::NEW), &mut NoProbe);
+        cycle.advance(steps, &context.cycle(air, &Segments::NEW, &Aim::of(context)), &mut NoProbe);
         if cycle.is_finished() {
             return frame;
         }
@@ -102,7 +102,11 @@ fn a_cycle_does_not_depend_on_how_it_was_sliced() {
     for (h, v, gamma) in [(125.3e3, 5505.0, -14.15), (60e3, 5400.0, -10.0), (25e3, 2500.0, -8.0), (9e3, 640.0, -20.0)] {
         let whole = {
             let mut cycle = Cycle::new(&start(state_of(&estimate(h, v, gamma))), &CONFIG.guidance);
-            cycle.advance(u32::MAX, &context.cycle(&AirProfile::nominal(context.model), &Segments::NEW), &mut NoProbe);
+            cycle.advance(
+                u32::MAX,
+                &context.cycle(&AirProfile::nominal(context.model), &Segments::NEW, &Aim::of(&context)),
+                &mut NoProbe,
+            );
             cycle
         };
         for steps in [1, 3, WORK_PER_FRAME, 100] {

@@ -9,7 +9,7 @@
 use crate::frames::{PlanetFixed, Vec3};
 use crate::link::packet::DeployCause;
 use crate::link::parameters::{DeployParameters, TriggerKind};
-use crate::math::num::min;
+use crate::math::num::{max, min};
 use crate::model::OnboardModel;
 use crate::model::loads::dynamic_pressure_pa;
 use crate::nav::Estimate;
@@ -58,8 +58,15 @@ impl TriggerState {
 /// Decides from the navigation estimate whether the parachute fires in this frame; see [`decide`].
 #[must_use]
 pub fn evaluate(estimate: &Estimate, context: &GuidanceContext<'_>) -> Option<DeployCause> {
+    let deploy = context.deploy;
+    let soon = estimate.altitude_m <= max(deploy.floor_altitude_m, deploy.min_altitude_m)
+        || estimate.speed_mps <= max(deploy.speed_mps, deploy.window_max_speed_mps);
+    // For most of the flight one look is enough. Written so that what is not a number is looked at closely.
+    if !soon && estimate.altitude_m.is_finite() && estimate.speed_mps.is_finite() {
+        return None;
+    }
     let state = TriggerState::of(estimate, context.model);
-    decide(&state, &context.target_p(), context.trigger, context.deploy)
+    decide(&state, &context.target_p(), context.trigger, deploy)
 }
 
 /// Decides whether the parachute fires now. `target_p` is the direction of the target, planet-fixed.
