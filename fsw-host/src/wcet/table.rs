@@ -13,15 +13,8 @@ use super::flights::Predicts;
 use super::ledger::{FlightCost, evenness};
 use crate::target::Target;
 
-/// Budget of a whole second, instructions: its frames may use 40 % of theirs on average. RISC-V, on which a flooded
-/// line costs nearly twice as much to receive, is held against its own.
-#[must_use]
-pub const fn second_budget(target: Target) -> u32 {
-    match target {
-        Target::M7 => 2_000_000,
-        Target::Rv64 => 2_200_000,
-    }
-}
+/// Budget of a whole second, instructions: its frames may use 40 % of theirs on average.
+pub const SECOND_BUDGET: u32 = 2_000_000;
 /// Budget of one evaluation of the equations of motion with rotation and J2, instructions, in the default mode: it pays for
 /// its share of bank turns, reversals and alignment too.
 pub const EVALUATION_BUDGET: u32 = 500;
@@ -70,8 +63,8 @@ impl Budgets {
 
     fn second(self) -> Option<f64> {
         match self {
-            Self::Instructions(Some(target)) => Some(f64::from(second_budget(target))),
-            _ => None,
+            Self::Instructions(_) => Some(f64::from(SECOND_BUDGET)),
+            Self::None | Self::Cycles => None,
         }
     }
 

@@ -19,10 +19,11 @@ pub fn flow_within(code: &[Instruction<'_>], index: usize) -> Flow {
     }
 }
 
-/// Whether the jump goes into a table of branches right behind it, as a match of many arms does: `adr a, table`,
-/// `add b, a, arm, lsl #2`, `mov pc, b`. The compare before it bounds the arm, as with `tbb`.
+/// Whether the jump goes into a table of branches right behind it, or behind a filler, as a match of many arms does:
+/// `adr a, table`, `add b, a, arm, lsl #2`, `mov pc, b`. The compare before it bounds the arm, as with `tbb`.
 fn enters_table(code: &[Instruction<'_>], index: usize) -> bool {
-    let (Some(jump), Some(table)) = (code.get(index), code.get(index + 1)) else { return false };
+    let behind = code.iter().skip(index + 1).take(2).find(|i| i.mnemonic != "nop");
+    let (Some(jump), Some(table)) = (code.get(index), behind) else { return false };
     let Some(entry) = jump.operands.strip_prefix("pc, ").filter(|_| jump.mnemonic == "mov") else { return false };
     if table.mnemonic != "b.w" {
         return false;
@@ -165,6 +166,13 @@ mod tests {
         assert_eq!(flow_within(&code("r6, r1, r4", "r1, #0x10"), 2), Flow::Unknown);
         assert_eq!(flow_within(&code("r5, r1, r4, lsl #2", "r1, #0x10"), 2), Flow::Unknown);
         assert_eq!(flow_within(&known[..3], 2), Flow::Unknown);
+        let filler = Instruction { address: 0x2acc, mnemonic: "nop", operands: "" };
+        let shifted = |offset| {
+            let [adr, add, jump, branch] = code("r6, r1, r4, lsl #2", offset);
+            [adr, add, jump, filler, Instruction { address: 0x2ad0, ..branch }]
+        };
+        assert_eq!(flow_within(&shifted("r1, #0x14"), 2), Flow::Straight);
+        assert_eq!(flow_within(&shifted("r1, #0x10"), 2), Flow::Unknown);
     }
 
     #[test]
