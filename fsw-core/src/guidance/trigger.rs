@@ -17,6 +17,10 @@ use crate::nav::Estimate;
 use super::GuidanceContext;
 use super::{density, felt};
 
+/// So far above the lowest altitude of the box the parachute opens at the latest, m: with an orbiter alone, navigation is
+/// not sure of its altitude by about as much.
+const BOX_FLOOR_MARGIN_M: f64 = 100.0;
+
 /// Planet-relative speed at which the speed trigger is to be expected, m/s: its own, or, in cold air, the slower one at which
 /// the Mach number no longer holds it back in the middle of the deploy box.
 #[must_use]
@@ -59,7 +63,7 @@ impl TriggerState {
 #[must_use]
 pub fn evaluate(estimate: &Estimate, context: &GuidanceContext<'_>) -> Option<DeployCause> {
     let deploy = context.deploy;
-    let soon = estimate.altitude_m <= max(deploy.floor_altitude_m, deploy.min_altitude_m)
+    let soon = estimate.altitude_m <= max(deploy.floor_altitude_m, deploy.min_altitude_m + BOX_FLOOR_MARGIN_M)
         || estimate.speed_mps <= max(deploy.speed_mps, deploy.window_max_speed_mps);
     // For most of the flight one look is enough. Written so that what is not a number is looked at closely.
     if !soon && estimate.altitude_m.is_finite() && estimate.speed_mps.is_finite() {
@@ -98,7 +102,7 @@ pub fn decide(
     } else if let Some(cause) = triggered(state, target_p, kind, deploy) {
         Some(cause)
     } else {
-        (state.altitude_m <= deploy.min_altitude_m).then_some(DeployCause::BoxFloor)
+        (state.altitude_m <= deploy.min_altitude_m + BOX_FLOOR_MARGIN_M).then_some(DeployCause::BoxFloor)
     }
 }
 
@@ -209,8 +213,8 @@ mod tests {
         let (s, target) = state(455.0, 2e3);
         for kind in [TriggerKind::Speed, TriggerKind::Range] {
             let at = |altitude_m, mach| decide(&TriggerState { altitude_m, mach, ..s }, &target, kind, &DEPLOY);
-            assert_eq!(at(5.001e3, 2.15), None);
-            assert_eq!(at(5e3, 2.15), Some(DeployCause::BoxFloor));
+            assert_eq!(at(5.101e3, 2.15), None);
+            assert_eq!(at(5.1e3, 2.15), Some(DeployCause::BoxFloor));
             assert_eq!(at(4.8e3, 2.25), None);
         }
     }
