@@ -87,7 +87,10 @@ fn the_experiment_of_the_paper_is_flown_compared_drawn_and_goes_on_where_it_was(
     let points = text(&folder.join("points.csv"));
     assert_eq!(points.lines().count(), 1 + MODES.len() * RUNS);
     let page = text(&folder.join("study.html"));
-    assert!(page.matches("<svg").count() > 10 && page.contains("Fig. 7") && !page.contains("NaN"));
+    for place in ["Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 1"] {
+        assert!(page.contains(place), "{place}");
+    }
+    assert!(page.matches("<svg").count() > 10 && !page.contains("NaN"));
     assert!(
         fs::read_dir(&folder)
             .expect("the folder")

@@ -10,7 +10,7 @@
 //! is felt, so that air of another density shows at once.
 
 use crate::link::packet::CycleOutcome;
-use crate::math::num::clamp;
+use crate::math::num::{clamp, max};
 
 use super::constraints::Peaks;
 use super::corrector::bank_of;
@@ -19,6 +19,9 @@ use super::tables::{REFERENCE, REFERENCE_COS_BANK, ReferenceRow};
 
 /// Over-control K: errors are taken out several times faster than over the rest of the flight. Apollo and MSL flew 5.
 const OVER_CONTROL: f64 = 5.0;
+/// Least ∂R/∂cos σ that the law divides by, m: shortly before the trigger bank changes the range no more, and lift-up even
+/// shortens the flight by a few metres.
+const LEAST_AUTHORITY_M: f64 = 100.0;
 
 /// What the law looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +62,7 @@ impl Terminal {
         let [_, range, drag, climb, by_drag, by_climb, by_cos_bank] = row;
         let predicted_m = range + by_drag * (self.drag_mps2 - drag) + by_climb * (self.climb_mps - climb);
         let error_m = predicted_m - self.range_to_go_m;
+        let by_cos_bank = max(by_cos_bank, LEAST_AUTHORITY_M);
         (error_m, REFERENCE_COS_BANK - OVER_CONTROL * error_m / by_cos_bank, by_cos_bank)
     }
 }
@@ -114,16 +118,26 @@ mod tests {
     }
 
     #[test]
+    fn where_bank_changes_the_range_no_more_the_sense_of_the_law_stays() {
+        let slowest = on_reference(&REFERENCE[0]);
+        assert!(REFERENCE[0][6] < LEAST_AUTHORITY_M as f32);
+        let (_, further, _) = Terminal { range_to_go_m: slowest.range_to_go_m + 20.0, ..slowest }.free_command();
+        assert!((further - REFERENCE_COS_BANK - 1.0).abs() < 1e-3, "{further}");
+    }
+
+    #[test]
     fn at_a_limit_what_is_left_of_the_error_is_told() {
-        let reference = on_reference(&REFERENCE[5]);
+        let row = &REFERENCE[REFERENCE.len() / 2];
+        let (reference, by_cos_bank) = (on_reference(row), f64::from(row[6]));
         let at = |further_m: f64| {
             Terminal { range_to_go_m: reference.range_to_go_m + further_m, ..reference }.command(-0.6, 0.98)
         };
-        // The rest of the flight reaches 80.35 km (0.98 − 0.749) = 18.5 km further with the most lift up.
-        let (beyond, within) = (at(30e3), at(10e3));
+        // So much further the rest of the flight reaches with the most lift up.
+        let reach_m = by_cos_bank * (0.98 - REFERENCE_COS_BANK);
+        let (beyond, within) = (at(1.5 * reach_m), at(0.5 * reach_m));
         assert_eq!((beyond.outcome, within.outcome), (CycleOutcome::Short, CycleOutcome::Converged));
-        assert!((beyond.error_m + 30e3 - 18.5e3).abs() < 100.0 && (within.bank_rad.cos() - 0.98).abs() < 1e-9);
-        assert_eq!(at(-120e3).outcome, CycleOutcome::Long);
+        assert!((beyond.error_m + 0.5 * reach_m).abs() < 1.0 && (within.bank_rad.cos() - 0.98).abs() < 1e-9);
+        assert_eq!(at(-1.5 * by_cos_bank).outcome, CycleOutcome::Long);
     }
 
     #[test]

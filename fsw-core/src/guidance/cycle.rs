@@ -68,9 +68,8 @@ pub struct CycleContext<'a> {
     pub air: &'a AirProfile,
     /// What predictions rehearse; without it they hold their bank.
     pub steering: Option<Steering<'a>>,
-    /// The table that stands for the flight beyond the stop, where predictions are cut short, with the logarithm of the
-    /// density over that of the model.
-    pub remainder: Option<(&'static Segment, f64)>,
+    /// The table that stands for the flight beyond the stop, where predictions are cut short.
+    pub remainder: Option<&'static Segment>,
 }
 
 /// Where a cycle starts from.
@@ -305,9 +304,8 @@ impl Cycle {
             None => end.beyond_along_arc_rad(&self.start.state, &context.target_p),
         };
         let radius_m = context.model.planet.radius_m;
-        let remainder_m = context
-            .remainder
-            .map_or(0.0, |(segment, log_density)| segment.remainder_m(&end.state, radius_m, cos_bank, log_density));
+        let model = Self::model(context);
+        let remainder_m = context.remainder.map_or(0.0, |segment| segment.remainder_m(&end.state, &model, cos_bank));
         let error_m = beyond_rad.map_or(f64::NAN, |beyond| beyond * radius_m) + remainder_m;
         if !error_m.is_finite() {
             self.finished = true;

@@ -34,7 +34,7 @@ use crate::link::packet::{CycleOutcome, GuidanceTlm, Mode};
 use crate::link::parameters::{
     ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters, Target, TriggerKind,
 };
-use crate::math::fun::{cos, ln, sin};
+use crate::math::fun::{cos, sin};
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::nav::Estimate;
@@ -64,9 +64,6 @@ const TABLE_ENDS: u32 = FRAMES_PER_SECOND - 1;
 
 /// Mach number whose lift over drag stands for that of the flight, in the lateral logic.
 const HYPERSONIC_MACH: f64 = 10.0;
-
-/// Altitude whose density stands for that of the flight beyond a cut, m: where most of the speed is lost.
-const REMAINDER_ALTITUDE_M: f64 = 15e3;
 
 /// Parameters and model that guidance flies with; the same in every frame of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -132,15 +129,10 @@ impl<'a> GuidanceContext<'a> {
         if segmented { segments.flown() } else { None }
     }
 
-    /// What is flown to: the target, or the next waypoint of mode `segmented`.
-    fn point_flown_to(&self, segments: &Segments, aim: &Aim) -> Vec3<PlanetFixed> {
-        let waypoint = self.segment(segments).filter(|_| self.mode == GuidanceMode::Segmented);
-        waypoint.map_or(aim.target_p, tables::Segment::direction_p)
-    }
-
-    /// Whether the air is learned; the paper's designs fly the nominal one, or the one that navigation knows.
+    /// Whether the air is learned; the paper's designs fly the nominal one, or the one that navigation knows, and
+    /// terminal-point guidance feels it.
     fn learns(&self) -> bool {
-        !matches!(self.mode, GuidanceMode::Paper | GuidanceMode::Segmented)
+        matches!(self.mode, GuidanceMode::Aeroshell | GuidanceMode::SegmentedTable)
     }
 
     /// Speed below which the heading is aligned, m/s.
@@ -166,11 +158,9 @@ impl<'a> GuidanceContext<'a> {
         'a: 'b,
     {
         let segment = self.segment(segments);
-        let at_m = REMAINDER_ALTITUDE_M;
-        let remainder = segment.filter(|_| self.mode == GuidanceMode::SegmentedTable);
+        let waypoint = segment.filter(|_| self.mode == GuidanceMode::Segmented);
         CycleContext {
-            remainder: remainder
-                .map(|segment| (segment, ln(air.density_kgpm3(at_m) / self.model.atmosphere.density(at_m)))),
+            remainder: segment.filter(|_| self.mode == GuidanceMode::SegmentedTable),
             air,
             steering: self.steering(aim),
             model: self.model,
@@ -182,7 +172,7 @@ impl<'a> GuidanceContext<'a> {
                 radius_m: self.model.planet.radius_m + self.deploy.floor_altitude_m,
                 horizon_s: self.guidance.prediction_horizon_s,
             },
-            target_p: self.point_flown_to(segments, aim),
+            target_p: waypoint.map_or(aim.target_p, tables::Segment::direction_p),
         }
     }
 }
@@ -334,7 +324,9 @@ impl Guidance {
     fn learn(&mut self, input: &GuidanceInput<'_>) {
         let context = &input.context;
         let frame = input.frame % FRAMES_PER_SECOND;
-        if context.learns() {
+        // Only the alignment that is rehearsed asks for the air.
+        let is_aligned_without = input.mode == Mode::HeadingAlignment && context.mode != GuidanceMode::Aeroshell;
+        if context.learns() && !is_aligned_without {
             self.adaptation.observe(input.estimate, context.model, context.force_noise_mps2);
             // No cycle needs the air in the last frame.
             match frame {
@@ -374,8 +366,8 @@ impl Guidance {
             }
             self.cycles = self.cycles.saturating_add(1);
         }
-        let context = input.context.cycle(&self.air, &self.segments, &self.aim);
         if let (Some(cycle), false) = (self.cycle.get_mut(), input.shed) {
+            let context = input.context.cycle(&self.air, &self.segments, &self.aim);
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
             let quota = cycle.quota(frames_left, self.longest_prediction, input.context.model);
@@ -404,6 +396,10 @@ impl Guidance {
         }
         let start = self.cycle_start(input);
         self.segments.advance(&start.state, input.estimate.speed_mps);
+        let GuidanceContext { mode, model, .. } = input.context;
+        if mode == GuidanceMode::SegmentedTable && !segments::table_holds(model, self.aim.stop_speed_mps) {
+            self.segments = Segments::PASSED;
+        }
         self.cycle.put(Cycle::new(&start, input.context.guidance));
     }
 
@@ -441,7 +437,7 @@ impl Guidance {
         input: &GuidanceInput<'_>,
         output: &mut GuidanceOutput,
     ) {
-        let target_p = input.context.point_flown_to(&self.segments, &self.aim);
+        let target_p = self.aim.target_p;
         let offset_m = course.heading_offset_m(&target_p, input.context.model.planet.radius_m);
         let threshold_m = self.threshold_m(course, result.bank_rad, input);
         let side = lateral::side(self.side, offset_m, threshold_m);

@@ -1,6 +1,5 @@
 //! P4's plots: heading offset against its threshold (Fig. 2 and 3), trajectories (4 and 5), deploy points (6 and 7).
 
-use fsw_core::guidance::tables::SEGMENTS;
 use fsw_core::link::packet::{EventKind, GuidanceTlm};
 use fsw_core::units::deg;
 
@@ -9,7 +8,7 @@ use super::{Flown, Mode};
 use crate::campaign::report::misses::{curve, curve_of};
 use crate::campaign::summary::ascending;
 use crate::cli::GuidanceName;
-use crate::record::{FlightRecord, TruthSample};
+use crate::record::TruthSample;
 use crate::report::{Anchor, Axis, Figure, Ink, Layer, Mark, Panel, Point};
 use crate::tables::WAYPOINTS_DEG;
 
@@ -17,6 +16,8 @@ use crate::tables::WAYPOINTS_DEG;
 const CIRCLES_KM: [f64; 2] = [5.0, 10.0];
 /// Half the width of the plot of deploy points, km: the larger circle with room around it.
 const REACH_KM: f64 = 11.5;
+const DOWNRANGE: &str = "downrange from the target, km";
+const CROSSRANGE: &str = "crossrange, km";
 /// Most points of a drawn path.
 const PATH_POINTS: usize = 600;
 
@@ -63,72 +64,25 @@ pub fn offset(flown: &Flown) -> Figure {
     let times = reversals(flown);
     let speeds = times.iter().map(|t| -nominal.speed_at_mps(*t)).collect();
     let y = || Axis::fit("offset χ, km").symmetric();
-    let segmented = matches!(flown.mode.0, GuidanceName::Segmented);
-    let (about, more) = if segmented {
-        (
-            " This mode's logic looks at the waypoint ahead instead.",
-            Some((Mark::Line, Ink::Orange, "to the waypoint".into())),
-        )
-    } else {
-        ("", None)
-    };
-    let ahead = if segmented { to_waypoints(&nominal.record) } else { Vec::new() };
-    let by_speed = ahead.iter().map(|(t, km)| (-nominal.speed_at_mps(*t), *km)).collect();
     let plural = if nominal.reversals == 1 { "" } else { "s" };
-    let legend = [
-        (Mark::Line, Ink::Blue, "offset to the target".into()),
-        (Mark::Band, Ink::Green, "threshold".into()),
-        (Mark::Instant, Ink::Purple, "reversal".into()),
-    ];
     Figure {
         title: titles(flown.mode).0,
         caption: format!(
             "Undispersed flight. The paper's crossrange is the heading offset to the target, positive when it lies to \
-             the right; a reversal is due when it leaves the threshold. {} reversal{plural}.{about}",
+             the right; a reversal is due when it leaves the threshold. {} reversal{plural}.",
             nominal.reversals
         ),
-        legend: legend.into_iter().chain(more).collect(),
+        legend: vec![
+            (Mark::Line, Ink::Blue, "offset to the target".into()),
+            (Mark::Band, Ink::Green, "threshold".into()),
+            (Mark::Instant, Ink::Purple, "reversal".into()),
+        ],
         panels: vec![
-            panel(Panel::new(Axis::fit("time, s"), y(), 220), &time, times).line(ahead, Ink::Orange),
-            panel(Panel::new(Axis::fit("planet-relative speed, m/s").negated(), y(), 220), &speed, speeds)
-                .line(by_speed, Ink::Orange),
+            panel(Panel::new(Axis::fit("time, s"), y(), 220), &time, times),
+            panel(Panel::new(Axis::fit("planet-relative speed, m/s").negated(), y(), 220), &speed, speeds),
         ],
         missing: "Guidance did not control the bank in this flight.",
     }
-}
-
-/// Heading offset to the waypoint ahead, (s, km), from the true states at the guidance cycles; the waypoint is left when
-/// it lies behind or its speed has been passed, as the flight software does. Nothing once only the target is left.
-fn to_waypoints(record: &FlightRecord) -> Vec<Point> {
-    let mut ahead = SEGMENTS.iter().peekable();
-    let mut line: Vec<Point> = Vec::new();
-    for sample in record.truth.iter().step_by(fsw_core::time::FRAMES_PER_SECOND as usize) {
-        let speed_mps = sample.speed_mps;
-        while let Some(segment) = ahead.peek() {
-            let [range_rad, left_rad] =
-                course_to(sample, f64::from(segment.longitude_rad), f64::from(segment.latitude_rad));
-            if speed_mps > f64::from(segment.speed_mps) && left_rad.cos() > 0.0 {
-                // χ = asin(sin S sin Δψ) R, P4 §3.3.
-                let offset_m = (range_rad.sin() * left_rad.sin()).asin() * record.facts.planet.radius_m;
-                line.push((sample.time_s, offset_m * 1e-3));
-                break;
-            }
-            ahead.next();
-            // The next waypoint is another curve.
-            line.push((sample.time_s, f64::NAN));
-        }
-    }
-    line
-}
-
-/// Great-circle range to a point, rad, and its azimuth less the heading, rad.
-fn course_to(sample: &TruthSample, longitude_rad: f64, latitude_rad: f64) -> [f64; 2] {
-    let (sin_here, cos_here) = sample.latitude_rad.sin_cos();
-    let (sin_there, cos_there) = latitude_rad.sin_cos();
-    let (sin_east, cos_east) = (longitude_rad - sample.longitude_rad).sin_cos();
-    let (east, north) = (cos_there * sin_east, cos_here * sin_there - sin_here * cos_there * cos_east);
-    let along = sin_here * sin_there + cos_here * cos_there * cos_east;
-    [east.hypot(north).atan2(along), east.atan2(north) - sample.heading_rad]
 }
 
 /// Times of the reversals of a nominal flight, s.
@@ -187,7 +141,7 @@ pub fn track(modes: &[Flown]) -> Figure {
             (miss.downrange_m * 1e-3, miss.crossrange_m * 1e-3)
         })
     };
-    let axes = Panel::new(Axis::fit("downrange from the target, km"), Axis::fit("crossrange, km").including(0.0), 220);
+    let axes = Panel::new(Axis::fit(DOWNRANGE), Axis::fit(CROSSRANGE).including(0.0), 220);
     let sides = modes.iter().fold(axes, |panel, m| panel.line(side(m), ink(m.mode)));
     let mut legend = legend(modes);
     legend.push((Mark::Dot, Ink::Orange, "waypoint".into()));
@@ -232,12 +186,13 @@ pub fn deploys(flown: &Flown) -> Figure {
     let inside = |p: &&Point| p.0.abs() <= REACH_KM && p.1.abs() <= REACH_KM;
     let shown: Vec<Point> = all.iter().filter(inside).copied().collect();
     let beyond = all.len() - shown.len();
-    let mut panels = vec![cloud(&shown, ink(flown.mode), REACH_KM)];
-    let farthest = all.iter().map(|p| p.0.abs().max(p.1.abs())).fold(0.0, f64::max);
+    let near = |label: &str| Axis::fixed(label, -REACH_KM, REACH_KM);
+    let mut panels = vec![cloud(Panel::new(near(DOWNRANGE), near(CROSSRANGE), 430), &shown, ink(flown.mode))];
     let more = if beyond == 0 {
         String::new()
     } else {
-        panels.push(cloud(&all, ink(flown.mode), 1.08 * farthest).named("all runs"));
+        let whole = Panel::new(Axis::fit(DOWNRANGE), Axis::fit(CROSSRANGE), 230).named("all runs");
+        panels.push(cloud(whole, &all, ink(flown.mode)));
         format!(" {beyond} lie outside the upper plot and are in the lower one.")
     };
     Figure {
@@ -256,14 +211,13 @@ pub fn deploys(flown: &Flown) -> Figure {
     }
 }
 
-fn cloud(points: &[Point], ink: Ink, reach: f64) -> Panel {
-    let x = Axis::fixed("downrange from the target, km", -reach, reach);
-    let panel = Panel::new(x, Axis::fixed("crossrange, km", -reach, reach), 430).equal_scale();
-    let panel = CIRCLES_KM.iter().fold(panel, |panel, radius| {
+/// Deploy points with the circles, labelled where the target is near.
+fn cloud(panel: Panel, points: &[Point], ink: Ink) -> Panel {
+    let is_labelled = panel.name.is_empty();
+    let panel = CIRCLES_KM.iter().fold(panel.equal_scale(), |panel, radius| {
         let ring = curve(|c, s| (radius * c, radius * s));
         let panel = panel.with(Layer::Line { points: ring, ink: Ink::Green, width: 1.3, opacity: 0.9 });
-        // Circles that are specks in a wide plot need no label.
-        if *radius < 0.3 * reach {
+        if !is_labelled {
             return panel;
         }
         panel.note((0.72 * radius, 0.72 * radius), format!(" {radius} km"), Ink::Green, Anchor::Start)
@@ -296,26 +250,5 @@ pub fn distribution(modes: &[Flown]) -> Figure {
         legend,
         panels: vec![panel],
         missing: "No run deployed.",
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_course_to_a_point_is_that_of_the_sphere() {
-        let here = |heading_rad: f64| TruthSample {
-            longitude_rad: 0.3,
-            latitude_rad: 0.0,
-            heading_rad,
-            ..TruthSample::default()
-        };
-        let quarter = std::f64::consts::FRAC_PI_2;
-        // Along the equator to the east, flown to the north: a right angle to the right.
-        let [range, right] = course_to(&here(0.0), 0.4, 0.0);
-        assert!((range - 0.1).abs() < 1e-12 && (right - quarter).abs() < 1e-12);
-        let [range, right] = course_to(&here(quarter), 0.3, 0.2);
-        assert!((range - 0.2).abs() < 1e-12 && (right + quarter).abs() < 1e-12);
     }
 }

@@ -205,7 +205,7 @@ fn screen(args: &StudyArgs, lines: &[Line], folder: &Path) -> String {
     out.push_str(&published::table(lines, &names));
     let _ =
         writeln!(out, "\n  in brackets the 95 % bounds of a share, the range of the runs of an altitude; times are of");
-    let _ = writeln!(out, "  this machine, the least of {} flights", nominal::TIMED_FLIGHTS);
+    let _ = writeln!(out, "  this machine, each frame in the quickest of {} flights", nominal::TIMED_FLIGHTS);
     let _ = writeln!(out, "  page  {}", style(folder.join(PAGE).display()).cyan().bold());
     out
 }

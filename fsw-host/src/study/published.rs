@@ -118,6 +118,13 @@ const QUESTIONS: &[Question] = &[
         of: |m, _| m.nominal.predictor_wall_s.into(),
     },
     Question {
+        quantity: "nominal: the predictor's time, of full",
+        source: "",
+        published: [NOTHING, NOTHING],
+        digits: 2,
+        of: |m, full| ratio(m.nominal.predictor_wall_s, full.nominal.predictor_wall_s),
+    },
+    Question {
         quantity: "nominal: evaluations in the flight",
         source: "",
         published: [NOTHING, NOTHING],

@@ -20,6 +20,35 @@ use reference::Reference;
 /// P4's waypoints: longitude, latitude, deg.
 pub(crate) const WAYPOINTS_DEG: [[f64; 2]; 3] = [[-84.0, -43.24], [-80.0, -42.71], [-76.0, -42.07]];
 
+const REFERENCE_HEAD: &str = "\
+/// Speed (m/s), range to go (m), drag (m/s²), altitude rate (m/s), ∂R/∂D (s²), ∂R/∂ḣ (s), ∂R/∂cos σ (m).
+pub type ReferenceRow = [f32; 7];
+/// The reference flight by increasing speed; rows stand where the flight bends.
+";
+const TERMS_HEAD: &str = "\
+];
+
+/// Terms of the polynomials of [`Segment`], in the order of [`terms`](super::segments::terms).
+pub const REMAINDER_TERMS: usize = ";
+const SEGMENT_HEAD: &str = "\
+/// A waypoint, and the range still flown from its speed to the parachute trigger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Longitude, rad.
+    pub longitude_rad: f32,
+    /// Planetocentric latitude, rad.
+    pub latitude_rad: f32,
+    /// Speed of the reference flight abeam, m/s.
+    pub speed_mps: f32,
+    /// Centre and reach, either way, of altitude (m), flight-path angle (rad), cosine of the bank and log-density.
+    pub validity: [(f32, f32); 4],
+    /// Coefficients, m.
+    pub coefficients: [f32; REMAINDER_TERMS],
+}
+
+/// P4's waypoints, in the order of the flight.
+";
+
 /// Runs the command.
 ///
 /// # Errors
@@ -48,36 +77,21 @@ pub fn source(scenario: &Scenario, command: &str) -> Result<String, HostError> {
     let mut text = format!(
         "//! Tables of the guidance modes `apollo` and `segmented-table`. Made by\n//! `{command}`;\n//! do not edit.\n\n"
     );
+    text.push_str(&reference.made_with());
     let _ = write!(
         text,
         "/// Cosine of the constant bank of the reference flight, {:.3}°.\npub const REFERENCE_COS_BANK: f64 = {:.6};\n",
         reference.cos_bank.acos().to_degrees(),
         reference.cos_bank
     );
-    text.push_str(
-        "/// Speed (m/s), range to go (m), drag (m/s²), altitude rate (m/s), ∂R/∂D (s²), ∂R/∂ḣ (s), ∂R/∂cos σ (m).\n\
-         pub type ReferenceRow = [f32; 7];\n/// The reference flight by increasing speed.\n",
-    );
+    text.push_str(REFERENCE_HEAD);
     let rows = reference.rows();
     let _ = writeln!(text, "pub const REFERENCE: [ReferenceRow; {}] = [", rows.len());
     for row in rows {
         let [v, r, d, h, fd, fh, fu] = row;
         let _ = writeln!(text, "    [{v:.1}, {r:.1}, {d:.4}, {h:.2}, {fd:.1}, {fh:.1}, {fu:.1}],");
     }
-    let _ = write!(
-        text,
-        "];\n\n/// Terms of the polynomials of [`Segment`], in the order of [`terms`](super::segments::terms).\n\
-         pub const REMAINDER_TERMS: usize = {};\n\n",
-        fsw_core::guidance::tables::REMAINDER_TERMS
-    );
-    text.push_str(
-        "/// A waypoint, and the range still flown from its speed to the parachute trigger.\n\
-         #[derive(Clone, Copy, Debug, PartialEq)]\npub struct Segment {\n    /// Longitude, rad.\n    pub longitude_rad: f32,\n    \
-         /// Planetocentric latitude, rad.\n    pub latitude_rad: f32,\n    /// Speed of the reference flight abeam, m/s.\n    \
-         pub speed_mps: f32,\n    /// Centre and reach, either way, of altitude (m), flight-path angle (rad), cosine of the bank and log-density.\n    \
-         pub validity: [(f32, f32); 4],\n    /// Coefficients, m.\n    pub coefficients: [f32; REMAINDER_TERMS],\n}\n\n\
-         /// P4's waypoints, in the order of the flight.\n",
-    );
+    let _ = write!(text, "{TERMS_HEAD}{};\n\n{SEGMENT_HEAD}", fsw_core::guidance::tables::REMAINDER_TERMS);
     let _ = writeln!(text, "pub const SEGMENTS: [Segment; {}] = [", segments.len());
     for segment in &segments {
         text.push_str(&segment.source());

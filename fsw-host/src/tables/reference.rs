@@ -18,9 +18,15 @@ const HORIZON_S: f64 = 900.0;
 /// Step of the nominal flight that is kept, s.
 const KEPT_S: f64 = 0.1;
 /// Rows of the reference, from the lowest speed to that at which range control begins.
-const ROWS: usize = 18;
-/// Heading alignment has begun above this speed: no row is needed below, m/s.
-const LOWEST_SPEED_MPS: f64 = 600.0;
+const ROWS: usize = 24;
+/// Lowest row, above the speed of the trigger, m/s: there bank no longer changes the range, and heading is aligned.
+const LOWEST_ABOVE_TRIGGER_MPS: f64 = 50.0;
+/// Points of the flight that are kept, per point that may become a row.
+const KEPT_PER_CANDIDATE: usize = 10;
+/// Altitudes at which the drag of the model is told, m: those between which the speed is lost.
+const DRAG_ALTITUDES_M: [f64; 3] = [10e3, 15e3, 30e3];
+/// Mach number whose coefficients stand for those of the flight.
+const HYPERSONIC_MACH: f64 = 10.0;
 /// Half-widths of the central differences: altitude, m; flight-path angle, rad; cosine of the bank.
 const ALTITUDE_STEP_M: f64 = 500.0;
 const PATH_ANGLE_STEP_RAD: f64 = 0.003;
@@ -124,13 +130,44 @@ impl Reference {
         *reached.unwrap_or(&self.path[self.path.len() - 1])
     }
 
-    /// The rows of the table, by increasing speed.
+    /// What tells this model from another, in source form.
+    pub fn made_with(&self) -> String {
+        let (drag, lift) = self.model.aero.coefficients(HYPERSONIC_MACH);
+        let per_density = self.model.constants().half_area_per_mass_m2pkg * drag;
+        let drag =
+            DRAG_ALTITUDES_M.map(|h| format!("[{h:.1}, {:.4e}]", per_density * self.model.atmosphere.density(h)));
+        format!(
+            "/// What the onboard model was that these tables were made with.\n\
+             #[derive(Clone, Copy, Debug, PartialEq)]\npub struct MadeWith {{\n    \
+             /// Speed at which the parachute fires, m/s.\n    pub trigger_speed_mps: f32,\n    \
+             /// Lift over drag.\n    pub lift_to_drag: f32,\n    \
+             /// Altitude (m) and drag over the square of the speed (1/m).\n    pub drag: [[f32; 2]; 3],\n}}\n\n\
+             /// The onboard model of these tables.\npub const MADE_WITH: MadeWith = MadeWith {{\n    \
+             trigger_speed_mps: {:.1},\n    lift_to_drag: {:.4},\n    drag: [{}],\n}};\n\n",
+            self.stop_speed_mps,
+            lift / per_density * self.model.constants().half_area_per_mass_m2pkg,
+            drag.join(", ")
+        )
+    }
+
+    /// The rows of the table, by increasing speed: its two ends, then again and again the point of the flight where the law
+    /// errs most, for its range to go, on the flight itself.
     pub fn rows(&self) -> Vec<[f64; 7]> {
-        let begins = self.path.iter().position(|s| self.drag_mps2(s) >= self.range_control_load_mps2).unwrap_or(0);
-        let descent = &self.path[begins..];
-        let highest = speed(&descent[0]);
-        let speeds = (0..ROWS).map(|k| LOWEST_SPEED_MPS + (highest - LOWEST_SPEED_MPS) * k as f64 / (ROWS - 1) as f64);
-        speeds.map(|v| self.row(descent.iter().find(|s| speed(s) <= v).unwrap_or(&descent[0]))).collect()
+        let lowest_mps = self.stop_speed_mps + LOWEST_ABOVE_TRIGGER_MPS;
+        let controlled = |s: &&State| self.drag_mps2(s) >= self.range_control_load_mps2;
+        let flight = self.path.iter().skip_while(|s| !controlled(s)).take_while(|s| speed(s) >= lowest_mps);
+        let mut candidates: Vec<_> = flight.step_by(KEPT_PER_CANDIDATE).map(|s| self.row(s)).collect();
+        candidates.reverse();
+        let mut chosen = vec![0, candidates.len() - 1];
+        while chosen.len() < ROWS.min(candidates.len()) {
+            let error = |at: usize| {
+                let above = chosen.partition_point(|row| *row <= at).min(chosen.len() - 1);
+                relative_error(&candidates[at], &candidates[chosen[above - 1]], &candidates[chosen[above]])
+            };
+            let worst = (0..candidates.len()).max_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(0);
+            chosen.insert(chosen.partition_point(|row| *row < worst), worst);
+        }
+        chosen.into_iter().map(|row| candidates[row]).collect()
     }
 
     fn row(&self, at: &State) -> [f64; 7] {
@@ -161,6 +198,14 @@ impl Reference {
         let half_area_per_mass = self.model.constants().half_area_per_mass_m2pkg;
         self.model.atmosphere.density(h) * v * v * half_area_per_mass * drag
     }
+}
+
+/// What the law makes of the range to go at a point of the reference, from the rows below and above it: error over range.
+fn relative_error(at: &[f64; 7], low: &[f64; 7], high: &[f64; 7]) -> f64 {
+    let share = (at[0] - low[0]) / (high[0] - low[0]);
+    let between: [f64; 7] = std::array::from_fn(|k| low[k] + (high[k] - low[k]) * share);
+    let [_, range, drag, climb, by_drag, by_climb, _] = between;
+    ((range + by_drag * (at[2] - drag) + by_climb * (at[3] - climb) - at[1]) / at[1]).abs()
 }
 
 /// Planet-relative spherical state.
