@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::campaign::arguments::{MOST_RUNS, threads, whole};
 use crate::study::StudyCommand;
 use crate::sweep::Range;
 use crate::target::Target;
@@ -130,19 +131,19 @@ pub struct CampaignArgs {
     #[command(flatten)]
     pub selection: Selection,
     /// Number of runs.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole(1, MOST_RUNS), allow_negative_numbers = true)]
     pub runs: Option<u64>,
     /// Seed of the dispersions.
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, value_parser = whole(0, u64::MAX), allow_negative_numbers = true)]
     pub seed: u64,
     /// First run: a shard of a larger campaign.
-    #[arg(long, value_name = "K", default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole(0, MOST_RUNS), allow_negative_numbers = true)]
     pub first: u64,
     /// Threads; as many as there are cores when left out. Results do not depend on it.
-    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    #[arg(long, value_name = "J", value_parser = threads, allow_negative_numbers = true)]
     pub jobs: Option<std::num::NonZeroUsize>,
     /// Flies every Nth run again with known density, and with ideal navigation too, for the split of the miss; 0 for none.
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_SPLIT, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_SPLIT, value_parser = whole(0, MOST_RUNS), allow_negative_numbers = true)]
     pub split: u64,
     /// Merges the folders of shards into --out instead of flying.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["runs", "first", "jobs", "split"])]
@@ -155,6 +156,9 @@ pub struct CampaignArgs {
     #[arg(long)]
     pub force: bool,
 }
+
+/// Most dispersed runs at one value of a sweep, which keeps them all in memory.
+pub const MOST_SWEPT: u64 = 100_000;
 
 /// Options of `sweep`.
 #[derive(Clone, Debug, Args)]
@@ -172,13 +176,13 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub selection: Selection,
     /// Dispersed runs at each value, beside the undispersed flight.
-    #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole(0, MOST_SWEPT), allow_negative_numbers = true)]
     pub runs: u64,
     /// Seed of the dispersions.
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, value_parser = whole(0, u64::MAX), allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads; as many as there are cores when left out.
-    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    #[arg(long, value_name = "J", value_parser = threads, allow_negative_numbers = true)]
     pub jobs: Option<std::num::NonZeroUsize>,
     /// Page with the plot.
     #[arg(long, value_name = "FILE")]

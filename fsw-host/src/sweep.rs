@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use hil_sim::case::Case;
 use hil_sim::scenario::{Scenario, ScenarioError};
+use hil_sim::session::Conductor;
+use indicatif::ProgressBar;
 use maud::html;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -11,6 +13,7 @@ use serde::Serialize;
 use crate::campaign::columns::RunResult;
 use crate::campaign::engine::Engine;
 use crate::campaign::flight::Flyer;
+use crate::campaign::progress::bar_over;
 use crate::campaign::report::document;
 use crate::campaign::statistics::{Percentile, Share, percentile, quantile, wilson};
 use crate::campaign::summary::ascending;
@@ -20,6 +23,8 @@ use crate::output::{print, print_json};
 use crate::report::{Axis, Figure, Ink, Mark, Panel, PlotError, Point};
 use crate::runfolder::{is_special, write_whole};
 
+/// Smaller misses are drawn as this one, km.
+const LEAST_KM: f64 = 1e-3;
 /// Most values of a field.
 const MOST_VALUES: u32 = 1_000;
 
@@ -70,7 +75,7 @@ pub struct Outcome {
     /// Median miss of the dispersed flights, m, with bounds.
     pub p50_m: Option<Percentile>,
     /// 90 %.
-    pub p90_m: Option<f64>,
+    pub p90_m: Option<Percentile>,
     /// Largest.
     pub max_m: Option<f64>,
     /// Deployed inside the box, percent.
@@ -79,7 +84,7 @@ pub struct Outcome {
     pub altitude_m: Option<f64>,
     /// Largest sensed load, g.
     pub peak_load_g: Option<f64>,
-    /// Flights called unreachable at the end by the flight software.
+    /// Flights called unreachable to the end by the flight software.
     pub unreachable: u64,
 }
 
@@ -99,8 +104,12 @@ pub fn run(args: &SweepArgs) -> Result<bool, HostError> {
     let scenarios = args.range.values().map(|value| scenario(args, value)).collect::<Result<Vec<_>, _>>()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs.map_or(0, std::num::NonZeroUsize::get)).build();
     let pool = pool.map_err(|e| HostError::Option(format!("the threads cannot be started: {e}")))?;
-    let fly = |(value, scenario): (f64, &Scenario)| pool.install(|| point(args, value, scenario));
-    let points = args.range.values().zip(&scenarios).map(fly).collect::<Result<Vec<_>, _>>()?;
+    let flights = (args.runs + 1) * scenarios.len() as u64;
+    let bar = bar_over(flights, !args.common.quiet && !args.common.json);
+    let fly = |(value, scenario): (f64, &Scenario)| pool.install(|| point(args, value, scenario, &bar));
+    let points = args.range.values().zip(&scenarios).map(fly).collect::<Result<Vec<_>, _>>();
+    bar.finish_and_clear();
+    let points = points?;
     if let Some(out) = &args.out {
         let page = page(args, &points).map_err(|e| HostError::Option(e.to_string()))?;
         write_whole(out, |file| std::io::Write::write_all(file, page.as_bytes()))?;
@@ -109,27 +118,40 @@ pub fn run(args: &SweepArgs) -> Result<bool, HostError> {
         print_json(&points)?;
     } else if !args.common.quiet {
         print(&text(args, &points))?;
+        print(&match &args.out {
+            Some(out) => format!("  plot    {}\n", out.display()),
+            None => "  plot    with --out FILE.html\n".to_owned(),
+        })?;
     }
     Ok(true)
 }
 
 fn scenario(args: &SweepArgs, value: f64) -> Result<Scenario, HostError> {
-    // Debug form: 5400.0, not 5400, which would be an integer in TOML.
-    let set = format!("{}={value:?}", args.range.field);
-    let sets: Vec<String> = args.common.set.iter().cloned().chain([set]).collect();
-    let scenario = Scenario::resolve(&args.scenario, &args.selection.sets(&sets))?;
+    let resolve = |value: String| {
+        let set = format!("{}={value}", args.range.field);
+        let sets: Vec<String> = args.common.set.iter().cloned().chain([set]).collect();
+        Scenario::resolve(&args.scenario, &args.selection.sets(&sets))
+    };
+    // Debug form: 5400.0, not 5400, which would be an integer in TOML; a field that counts wants that one.
+    let scenario = resolve(format!("{value:?}"));
+    let scenario = match scenario {
+        Err(_) if value.fract() == 0.0 => resolve(format!("{value:.0}")).or(scenario)?,
+        other => other?,
+    };
     let place = format!("{} with {} = {value}", args.scenario, args.range.field);
     scenario.check_reach().map_err(|e| ScenarioError { message: format!("{place}: {e}") })?;
+    Conductor::new(&scenario, args.seed, 0, true).map_err(|e| HostError::Option(format!("{place}: {e}")))?;
     Ok(scenario)
 }
 
-fn point(args: &SweepArgs, value: f64, scenario: &Scenario) -> Result<Outcome, HostError> {
+fn point(args: &SweepArgs, value: f64, scenario: &Scenario, bar: &ProgressBar) -> Result<Outcome, HostError> {
     let engine = Engine::new(scenario, args.seed, 0);
     let nominal = Case::draw(scenario, args.seed, 0, true);
     let nominal = Flyer::default().fly(scenario, &engine.facts, &nominal, &[])?;
+    bar.inc(1);
     let results: Vec<RunResult> = (0..args.runs)
         .into_par_iter()
-        .map_init(Flyer::default, |flyer, run| engine.fly(flyer, run))
+        .map_init(Flyer::default, |flyer, run| engine.fly(flyer, run).inspect(|_| bar.inc(1)))
         .collect::<Result<_, _>>()?;
     let of = |value: fn(&RunResult) -> Option<f64>| ascending(&results.iter().filter_map(value).collect::<Vec<_>>());
     let misses = of(|r| r.flown.miss_m);
@@ -138,7 +160,7 @@ fn point(args: &SweepArgs, value: f64, scenario: &Scenario) -> Result<Outcome, H
         value,
         nominal_miss_m: nominal.miss_m,
         p50_m: percentile(&misses, 0.5),
-        p90_m: quantile(&misses, 0.9),
+        p90_m: percentile(&misses, 0.9),
         max_m: misses.last().copied(),
         success_pct: wilson(hits, results.len() as u64),
         altitude_m: quantile(&of(|r| r.flown.deploy.map(|d| d.altitude_m)), 0.5),
@@ -154,7 +176,8 @@ fn text(args: &SweepArgs, points: &[Outcome]) -> String {
     let _ = writeln!(out, "{head}");
     let of = |v: Option<f64>, digits: usize| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     for p in points {
-        let cells = [of(p.nominal_miss_m, 0), of(p.p50_m.map(|p| p.value), 0), of(p.p90_m, 0), of(p.max_m, 0)];
+        let cells =
+            [of(p.nominal_miss_m, 0), of(p.p50_m.map(|p| p.value), 0), of(p.p90_m.map(|p| p.value), 0), of(p.max_m, 0)];
         let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
         let (share, altitude) = (of(p.success_pct.map(|s| s.value), 1), of(p.altitude_m.map(|m| m * 1e-3), 2));
         let load = of(p.peak_load_g, 2);
@@ -173,30 +196,38 @@ fn page(args: &SweepArgs, points: &[Outcome]) -> Result<String, PlotError> {
     let curve = |of: &dyn Fn(&Outcome) -> Option<f64>| -> Vec<Point> {
         points.iter().map(|p| (p.value, of(p).unwrap_or(f64::NAN))).collect()
     };
-    let band = points
-        .iter()
-        .filter_map(|p| p.p50_m.and_then(|m| Some((p.value, m.low? * 1e-3, m.high? * 1e-3))))
-        .collect::<Vec<_>>();
-    let misses = Panel::new(Axis::fit("").silent(), Axis::fit("miss, km").including(0.0), 260)
+    let log = |m: f64| (m * 1e-3).max(LEAST_KM).log10();
+    let band = points.iter().filter_map(|p| p.p50_m.and_then(|m| Some((p.value, log(m.low?), log(m.high?))))).collect();
+    let misses = Panel::new(Axis::fit("").silent(), Axis::fit("miss, km").decades(), 260)
         .band(band, Ink::Blue)
-        .line(curve(&|p| p.p50_m.map(|m| m.value * 1e-3)), Ink::Blue)
-        .line(curve(&|p| p.p90_m.map(|m| m * 1e-3)), Ink::Orange)
-        .line(curve(&|p| p.max_m.map(|m| m * 1e-3)), Ink::Vermillion)
-        .line(curve(&|p| p.nominal_miss_m.map(|m| m * 1e-3)), Ink::Green);
+        .line(curve(&|p| p.p50_m.map(|m| log(m.value))), Ink::Blue)
+        .line(curve(&|p| p.p90_m.map(|m| log(m.value))), Ink::Orange)
+        .line(curve(&|p| p.max_m.map(log)), Ink::Vermillion)
+        .line(curve(&|p| p.nominal_miss_m.map(log)), Ink::Green);
+    let inside = points.iter().filter_map(|p| p.success_pct.map(|s| (p.value, s.low, s.high))).collect();
+    let success = Panel::new(Axis::fit("").silent(), Axis::fixed("in the box, %", 0.0, 100.0), 150)
+        .band(inside, Ink::Blue)
+        .line(curve(&|p| p.success_pct.map(|s| s.value)), Ink::Blue);
     let altitude = Panel::new(Axis::fit("").silent(), Axis::fit("deploy altitude, km"), 160)
         .line(curve(&|p| p.altitude_m.map(|m| m * 1e-3)), Ink::Blue);
     let load = Panel::new(Axis::fit(args.range.field.clone()), Axis::fit("largest load, g"), 190)
         .line(curve(&|p| p.peak_load_g), Ink::Vermillion);
     let figure = Figure {
         title: "One field varied",
-        caption: format!("{} runs at each of {} values of {}.", args.runs, points.len(), args.range.field),
+        caption: format!(
+            "{} runs at each of {} values of {}: miss, share deployed inside the box with 95 % bounds, median deploy \
+             altitude, largest load.",
+            args.runs,
+            points.len(),
+            args.range.field
+        ),
         legend: vec![
             (Mark::Line, Ink::Blue, "median, 95 % bounds".into()),
             (Mark::Line, Ink::Orange, "90 %".into()),
             (Mark::Line, Ink::Vermillion, "largest".into()),
             (Mark::Line, Ink::Green, "undispersed".into()),
         ],
-        panels: vec![misses, altitude, load],
+        panels: vec![misses, success, altitude, load],
         missing: "No run deployed.",
     };
     let figure = figure.render()?;

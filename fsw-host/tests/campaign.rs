@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use fsw_host::campaign::summary::Runs;
 use fsw_host::campaign::table::Reader;
 use hil_sim::scenario::{Dispersion, Scenario};
 
-/// More than two chunks, so that an interruption leaves some whole and some not.
+/// Several chunks, so that an interruption leaves some whole and some not.
 const RUNS: &str = "80";
 /// Every one of the cheap flights, with winds so that no dispersion is left out.
 const SCENARIO: [&str; 3] = ["msl-ideal", "--set", "dispersions.winds=true"];
@@ -129,7 +129,7 @@ fn four_shards_merge_to_the_whole_campaign_whatever_their_order() {
     assert_refused(&merge(&["a", "reseeded"]), &["not shards of one campaign", "the seed is 1"]);
     fs::remove_file(scratch.0.join("d/runs.parquet")).unwrap();
     assert_refused(&merge(&["a", "b", "c", "d"]), &["d is not complete"]);
-    assert_refused(&merge(&["a", "nowhere"]), &["cannot read nowhere/campaign.json"]);
+    assert_refused(&merge(&["a", "nowhere"]), &["nowhere is no campaign folder"]);
     assert_refused(&scratch.aeroshell(&["campaign", "--merge", "a", "b"]), &["--merge needs --out"]);
     assert!(!scratch.0.join("x").exists(), "a refused merge leaves nothing behind");
 }
@@ -137,31 +137,74 @@ fn four_shards_merge_to_the_whole_campaign_whatever_their_order() {
 #[test]
 fn a_killed_campaign_goes_on_and_ends_as_if_nothing_had_been() {
     let scratch = Scratch::new("killed");
-    let arguments = [&["campaign"], &SCENARIO[..], &["--runs", RUNS, "--jobs", "1", "--out", "killed"]].concat();
-    let mut flying = scratch.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let chunks = scratch.0.join("killed/chunks");
-    let begun = Instant::now();
-    let is_whole = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|e| e == "parquet");
-    // Until a first chunk is whole. The limit only keeps a broken program from hanging the test.
-    while !fs::read_dir(&chunks).is_ok_and(|entries| entries.flatten().any(|entry| is_whole(&entry))) {
-        assert!(begun.elapsed() < Duration::from_secs(300) && flying.try_wait().unwrap().is_none(), "no chunk came");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let (mut flying, chunks) = fly_until_chunks(&scratch, "killed", 2);
     flying.kill().unwrap();
     flying.wait().unwrap();
     assert!(!scratch.0.join("killed/runs.parquet").exists(), "it was killed too late to show anything");
-    // What a kill in the middle of a write, or a full disk, may leave behind.
-    fs::write(chunks.join("000000000001.parquet"), "torn").unwrap();
-    fs::write(chunks.join("000000000002.parquet.part"), "half").unwrap();
-    let resumed = scratch.aeroshell(&arguments);
+    // What a kill in the middle of a write, or a failing disk, may leave behind.
+    let whole_chunks = chunks_in(&chunks);
+    fs::write(chunks.join("000000000004-0123456789abcdef.parquet"), "torn").unwrap();
+    fs::write(chunks.join("000000000003-0123456789abcdef.parquet.part"), "half").unwrap();
+    let mut bytes = fs::read(&whole_chunks[0]).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&whole_chunks[0], bytes).unwrap();
+    let resumed = scratch.aeroshell(&begun_with("killed"));
     assert!(resumed.status.success(), "{}", stderr(&resumed));
-    assert!(stderr(&resumed).contains("goes on in killed: 32 of 80 runs are there"), "{}", stderr(&resumed));
+    let kept = format!("goes on in killed: {} of 80 runs are there", 16 * (whole_chunks.len() - 1));
+    assert!(stderr(&resumed).contains(&kept), "{}", stderr(&resumed));
     assert_same_as_whole(&scratch.0.join("killed"));
-    // Once more: nothing is left to fly, and the results stay.
-    let again = scratch.aeroshell(&[&arguments[..], &["--json"]].concat());
+    // Once more: nothing is left to fly, and the results and their rate stay.
+    let before = fs::read(scratch.0.join("killed/summary.json")).unwrap();
+    let again = scratch.aeroshell(&[&begun_with("killed")[..], &["--json"]].concat());
     let said: serde_json::Value = serde_json::from_slice(&again.stdout).expect("--json prints JSON and nothing else");
-    assert_eq!(said["runs_per_s"], serde_json::Value::Null);
+    assert!(said["runs_per_s"].as_f64().is_some_and(|rate| rate > 0.0));
+    assert_eq!(fs::read(scratch.0.join("killed/summary.json")).unwrap(), before);
     assert_same_as_whole(&scratch.0.join("killed"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_flown_and_the_same_command_goes_on() {
+    let scratch = Scratch::new("interrupted");
+    let (mut flying, _) = fly_until_chunks(&scratch, "stopped", 1);
+    let id = flying.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut flying.stderr.take().unwrap(), &mut said).unwrap();
+    assert_eq!(flying.wait().unwrap().code(), Some(2), "{said}");
+    assert!(said.contains("interrupted: ") && said.contains(" of 80 runs are kept in stopped"), "{said}");
+    let resumed = scratch.aeroshell(&begun_with("stopped"));
+    assert!(resumed.status.success() && stderr(&resumed).contains("goes on in stopped"), "{}", stderr(&resumed));
+    assert_same_as_whole(&scratch.0.join("stopped"));
+}
+
+/// The arguments of the whole campaign on one thread.
+fn begun_with(out: &str) -> Vec<&str> {
+    [&["campaign"], &SCENARIO[..], &["--runs", RUNS, "--jobs", "1", "--out", out]].concat()
+}
+
+/// Begins the whole campaign and waits until so many chunks are whole; the program and the folder of the chunks.
+fn fly_until_chunks(scratch: &Scratch, out: &str, count: usize) -> (Child, PathBuf) {
+    let mut command = scratch.command(&begun_with(out));
+    let mut flying = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let chunks = scratch.0.join(out).join("chunks");
+    let begun = Instant::now();
+    // The limit only keeps a broken program from hanging the test.
+    while chunks_in(&chunks).len() < count {
+        assert!(begun.elapsed() < Duration::from_secs(300) && flying.try_wait().unwrap().is_none(), "no chunk came");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    (flying, chunks)
+}
+
+/// The whole chunks in a folder, in order.
+fn chunks_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "parquet"));
+    paths.sort();
+    paths
 }
 
 #[test]
@@ -209,15 +252,20 @@ fn without_dispersion_every_run_is_the_same_flight() {
         .filter(|(_, d)| matches!(d, Dispersion::Normal { .. }))
         .map(|(name, _)| format!("dispersions.{name}.three_sigma=0"))
         .collect();
-    let mut arguments = vec!["campaign", "msl-ideal", "--guidance", "paper", "--runs", "3", "--out", "zero", "--quiet"];
+    let mut arguments = vec!["campaign", "msl-ideal", "--runs", "3", "--out", "zero", "--quiet"];
     zero.iter().for_each(|set| arguments.extend(["--set", set.as_str()]));
+    // Guidance learns lift and drag from the inertial unit, whose errors are no dispersions.
+    let errors = ["accelerometer_bias_ug", "accelerometer_scale_ppm", "accelerometer_misalignment_mrad"];
+    let noise = ["accelerometer_noise_ugprthz", "gyro_bias_degph", "gyro_scale_ppm", "gyro_noise_degprth"];
+    let exact = errors.iter().chain(&noise).map(|field| format!("sensors.imu.{field}=0"));
+    let exact: Vec<String> = exact.collect();
+    exact.iter().for_each(|set| arguments.extend(["--set", set.as_str()]));
     let flown = scratch.aeroshell(&arguments);
     assert!(flown.status.success(), "{}", stderr(&flown));
     let runs = Runs::new(Reader::open(&scratch.0.join("zero/runs.parquet")).unwrap());
     assert_eq!(runs.numbers("input_speed_mps").unwrap(), [0.0; 3]);
     let misses = runs.numbers("miss_m").unwrap();
-    // The wave has no amplitude, whatever its length. The noise of the inertial unit, which is no dispersion, does not reach
-    // a guidance that learns nothing from it.
+    // The wave has no amplitude, whatever its length.
     assert!(misses.iter().all(|miss| *miss == misses[0]), "{misses:?}");
 }
 
@@ -226,13 +274,14 @@ fn bad_input_gets_one_sentence_and_leaves_nothing_behind() {
     let scratch = Scratch::new("bad");
     let campaign = |more: &[&str]| scratch.aeroshell(&[&["campaign", "msl-ideal"], more].concat());
     assert_refused(&campaign(&[]), &["--runs is missing"]);
-    assert_refused(&campaign(&["--runs", "0"]), &["--runs 0", "1 to"]);
-    for bad in ["-5", "many", "1e3", "99999999999999999999"] {
-        assert_refused(&campaign(&["--runs", bad]), &["--runs", bad]);
+    for bad in ["0", "-5", "many", "1e3", "2000000000", "99999999999999999999"] {
+        assert_refused(&campaign(&["--runs", bad]), &["--runs", bad, "a whole number from 1 to 1000000000"]);
     }
-    assert_refused(&campaign(&["--runs", "2000000000"]), &["--runs 2000000000"]);
-    assert_refused(&campaign(&["--runs", "1", "--jobs", "0"]), &["--jobs", "0"]);
-    assert_refused(&campaign(&["--runs", "1", "--first", "-1"]), &["--first"]);
+    for bad in ["0", "-2", "100000"] {
+        assert_refused(&campaign(&["--runs", "1", "--jobs", bad]), &["--jobs", bad, "from 1 to 1024"]);
+    }
+    assert_refused(&campaign(&["--runs", "1", "--first", "-1"]), &["--first", "from 0 to 1000000000"]);
+    assert_refused(&campaign(&["--runs", "1", "--split", "x"]), &["--split", "from 0 to 1000000000"]);
     let unknown = "dispersions.mass={distribution=\"cauchy\",three_sigma=1.0}";
     assert_refused(&campaign(&["--runs", "1", "--set", unknown]), &["dispersions.mass", "cauchy"]);
     let negative = "dispersions.mass={distribution=\"normal\",three_sigma=-1.0}";
@@ -271,6 +320,63 @@ fn a_folder_of_another_campaign_is_refused_with_the_difference_and_kept() {
 }
 
 #[test]
+fn nothing_is_lost_when_a_folder_cannot_be_used() {
+    let scratch = Scratch::new("lost");
+    scratch.campaign("a", &["--runs", "2"]);
+    scratch.campaign("b", &["--runs", "2", "--first", "2"]);
+    let table = |name: &str| fs::read(scratch.0.join(name).join("runs.parquet")).unwrap();
+    let before = (table("a"), table("b"));
+    let merge = |shards: &[&str], out: &[&str]| {
+        scratch.aeroshell(&[&["campaign", "--quiet", "--merge"], shards, &["--out"], out].concat())
+    };
+    // The whole where a shard is would take the shard away.
+    assert_refused(&merge(&["a", "b"], &["./a", "--force"]), &["--out ./a is a shard itself"]);
+    // Tables that are not those of their campaigns.
+    for (name, bytes) in [("swapped", before.1.clone()), ("torn", before.0[..before.0.len() / 2].to_vec())] {
+        fs::create_dir(scratch.0.join(name)).unwrap();
+        for file in ["campaign.json", "scenario.toml"] {
+            fs::copy(scratch.0.join("a").join(file), scratch.0.join(name).join(file)).unwrap();
+        }
+        fs::write(scratch.0.join(name).join("runs.parquet"), bytes).unwrap();
+    }
+    assert_refused(&merge(&["swapped", "b"], &["m"]), &["swapped/runs.parquet does not hold runs 0 to 1"]);
+    assert_refused(&merge(&["torn", "b"], &["m"]), &["cannot read torn/runs.parquet"]);
+    assert_refused(&scratch.aeroshell(&["compare", "a", "swapped"]), &["swapped/runs.parquet does not hold"]);
+    assert_refused(&scratch.aeroshell(&["compare", "."]), &[". is no campaign folder", "campaign.json"]);
+    assert!(!scratch.0.join("m").exists(), "a refused merge leaves nothing behind");
+    // The same once more from the beginning: all of its files are there again.
+    scratch.campaign("a", &["--runs", "2", "--force"]);
+    scratch.campaign("a", &["--runs", "2"]);
+    assert_eq!((table("a"), table("b")), before);
+    assert!(scratch.0.join("a/campaign.json").exists());
+    // Another program at work in the folder.
+    let file = fs::File::open(scratch.0.join("a/campaign.json")).unwrap();
+    file.try_lock().unwrap();
+    let same = [&["campaign"], &SCENARIO[..], &["--runs", "2", "--out", "a"]].concat();
+    for more in [&[][..], &["--force"]] {
+        assert_refused(&scratch.aeroshell(&[&same[..], more].concat()), &["another program", "a: wait"]);
+    }
+    assert_eq!((table("a"), table("b")), before);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_costs_no_file() {
+    let scratch = Scratch::new("full");
+    scratch.campaign("a", &["--runs", "2"]);
+    let before = fs::read(scratch.0.join("a/summary.json")).unwrap();
+    // Every write to this device fails as on a full disk.
+    std::os::unix::fs::symlink("/dev/full", scratch.0.join("a/summary.json.part")).unwrap();
+    let same = [&["campaign"], &SCENARIO[..], &["--runs", "2", "--out", "a"]].concat();
+    assert_refused(&scratch.aeroshell(&same), &["cannot write a/summary.json", "No space left"]);
+    assert_eq!(fs::read(scratch.0.join("a/summary.json")).unwrap(), before);
+    let full = |arguments: &[&str]| scratch.aeroshell(&[arguments, &["--out", "/dev/full"]].concat());
+    for arguments in [&["compare", "a"][..], &["footprint"], &["sweep", "entry.speed_mps=5500:5510:2", "--runs", "0"]] {
+        assert_refused(&full(arguments), &["cannot write /dev/full", "No space left"]);
+    }
+}
+
+#[test]
 fn campaigns_stand_side_by_side() {
     let scratch = Scratch::new("compare");
     scratch.campaign("few", &["--runs", "4"]);
@@ -282,7 +388,7 @@ fn campaigns_stand_side_by_side() {
     let page = fs::read_to_string(scratch.0.join("page.html")).unwrap();
     assert!(page.contains("B") && page.contains("<svg") && !page.contains("NaN"));
     assert_refused(&scratch.aeroshell(&["compare", whole, "few", "--out", "page.html"]), &["page.html exists"]);
-    assert_refused(&scratch.aeroshell(&["compare", whole, "nowhere"]), &["cannot read nowhere/campaign.json"]);
+    assert_refused(&scratch.aeroshell(&["compare", whole, "nowhere"]), &["nowhere is no campaign folder"]);
     let json = scratch.aeroshell(&["compare", whole, "few", "--json"]);
     let said: serde_json::Value = serde_json::from_slice(&json.stdout).expect("--json prints JSON and nothing else");
     assert_eq!(said[0]["summary"]["runs"], 80);

@@ -20,7 +20,7 @@ pub const MAX_BRIDGED_FRAMES: u32 = 10;
 /// Commands and greetings answered within a minor frame of the flight, at most; more are counted and dropped.
 pub const ANSWERS_PER_FRAME: u8 = 4;
 /// Events sent with one frame, at most; more wait in the queue.
-const EVENTS_PER_BURST: usize = 4;
+pub const EVENTS_PER_BURST: usize = 4;
 /// Minor frames that may be missing before an inertial measurement without more ado. A larger jump of its time stamp
 /// counts as early until the next measurement follows on it: one wrong time stamp must not run the flight ahead of
 /// the vehicle, because the frames of the time jumped over would all come late.

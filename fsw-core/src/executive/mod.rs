@@ -43,6 +43,6 @@ pub mod schedule;
 mod tick;
 
 pub use board::{Board, BoardError, Clock, Room};
-pub use computer::{Dormant, FlightComputer, MAX_BRIDGED_FRAMES};
+pub use computer::{Dormant, EVENTS_PER_BURST, FlightComputer, MAX_BRIDGED_FRAMES};
 pub use cost::{CostLedger, WHOLE_FRAME};
 pub use tick::{Executive, Outputs};

@@ -56,6 +56,7 @@ const FLOWN: &[Column] = &[
     ("nees_mean", Kind::Number, |f| f.nees_mean.into()),
     ("packets_rejected", Kind::Count, |f| f.rejected.into()),
     ("frames", Kind::Count, |f| f.frames.into()),
+    ("output_hash", Kind::Word, |f| f.output_hash.clone().into()),
 ];
 
 /// One flight of a run, and its repetitions with less to contend with.

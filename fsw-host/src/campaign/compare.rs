@@ -6,17 +6,21 @@ use std::path::{Path, PathBuf};
 use maud::{Markup, html};
 use serde::Serialize;
 
-use super::folder::{self, Identity, RUNS, read_identity};
-use super::report::{document, misses::curve_of};
-use super::summary::{Runs, Summary, ascending, summarise};
-use super::table::Reader;
+use super::folder::{self, RUNS, read_scenario};
+use super::identity::{Identity, read_identity};
+use super::report::{
+    document,
+    misses::{curve_of, tail_of},
+};
+use super::runs::Runs;
+use super::statistics::ascending;
+use super::summary::{Summary, summarise};
 use crate::cli::CompareArgs;
 use crate::error::HostError;
 use crate::output::{print, print_json};
 use crate::record::ScenarioFacts;
 use crate::report::{Axis, Figure, Ink, Mark, Panel, number};
 use crate::runfolder::write_whole;
-use hil_sim::scenario::Scenario;
 
 /// Colours of the campaigns in order; as many as can be told apart.
 const INKS: [Ink; 6] = [Ink::Blue, Ink::Orange, Ink::Green, Ink::Vermillion, Ink::Sky, Ink::Purple];
@@ -66,10 +70,10 @@ fn open(path: &Path) -> Result<Entry, HostError> {
         let path = path.display();
         return Err(HostError::Option(format!("{path} is not complete: run its campaign again to the end first")));
     }
-    let scenario = Scenario::resolve(&path.join("scenario.toml").to_string_lossy(), &[])?;
+    let facts = ScenarioFacts::of(&read_scenario(path, &identity)?);
+    let runs = Runs::open(&table, &identity)?;
     let read = || {
-        let runs = Runs::new(Reader::open(&table)?);
-        let summary = summarise(&runs, &identity, &ScenarioFacts::of(&scenario))?;
+        let summary = summarise(&runs, &identity, &facts)?;
         std::io::Result::Ok((summary, runs.numbers("miss_m")?))
     };
     let (summary, misses) = read().map_err(HostError::file("read", &table))?;
@@ -88,8 +92,10 @@ type Line = (&'static str, fn(&Summary) -> String);
 const LINES: &[Line] = &[
     ("runs", |s| s.runs.to_string()),
     ("deployed inside the box, %", |s| share(s.success_pct)),
+    ("within 50 m, %", |s| share(s.within_pct.m50)),
     ("within 1 km, %", |s| share(s.within_pct.km1)),
     ("within 2 km, %", |s| share(s.within_pct.km2)),
+    ("within 2.5 km, %", |s| share(s.within_pct.km2_5)),
     ("within 5 km, %", |s| share(s.within_pct.km5)),
     ("within 10 km, %", |s| share(s.within_pct.km10)),
     ("miss 50 %, m", |s| s.miss_m.map_or_else(none, |m| bounded(m.p50, m.bounds.p50))),
@@ -98,7 +104,10 @@ const LINES: &[Line] = &[
     ("miss 99.9 %, m", |s| s.miss_m.map_or_else(none, |m| bounded(m.p999, m.bounds.p999))),
     ("largest miss, m", |s| s.miss_m.map_or_else(none, |m| number(m.max, 0))),
     ("called unreachable", |s| s.unreachable.at_end.to_string()),
-    ("navigation error 99 %, m", |s| s.navigation_position_error_m.map_or_else(none, |m| bounded(m.p99, m.bounds.p99))),
+    // Ideal navigation has no errors to show.
+    ("navigation error 99 %, m", |s| {
+        s.navigation_position_error_m.filter(|d| d.max > 0.0).map_or_else(none, |m| bounded(m.p99, m.bounds.p99))
+    }),
     ("deploy altitude, km", |s| range(s.deploy.altitude_m.map(|d| [d.min * 1e-3, d.max * 1e-3]), 2)),
     ("deploy speed, m/s", |s| range(s.deploy.speed_mps.map(|d| [d.min, d.max]), 1)),
     ("largest load, g", |s| s.peak.load_g.map_or_else(none, |p| number(p.max, 2))),
@@ -151,13 +160,21 @@ fn letter(k: usize) -> String {
 
 fn page(entries: &[Entry]) -> Result<String, crate::report::PlotError> {
     let within = |entry: &Entry| curve_of(&entry.misses_km, entry.summary.runs as usize);
-    let panel = Panel::new(Axis::fit("miss, km").decades(), Axis::fixed("within, % of the runs", 0.0, 100.0), 420);
+    let farther = |entry: &Entry| tail_of(&entry.misses_km, entry.summary.runs as usize);
+    let panel = Panel::new(Axis::fit("").silent().decades(), Axis::fixed("within, % of the runs", 0.0, 100.0), 320);
+    let tail = Panel::new(Axis::fit("miss, km").decades(), Axis::fit("farther, % of the runs").decades(), 260);
     let coloured = || entries.iter().zip(INKS);
     let figure = Figure {
         title: "Distribution of the miss",
-        caption: "Share of the runs that deployed within a distance of the target.".into(),
+        caption:
+            "Above the share of the runs that deployed within a distance of the target, below the share beyond it on a \
+                  logarithmic scale."
+                .into(),
         legend: coloured().map(|(entry, ink)| (Mark::Line, ink, entry.name.clone())).collect(),
-        panels: vec![coloured().fold(panel, |panel, (entry, ink)| panel.line(within(entry), ink))],
+        panels: vec![
+            coloured().fold(panel, |panel, (entry, ink)| panel.line(within(entry), ink)),
+            coloured().fold(tail, |panel, (entry, ink)| panel.line(farther(entry), ink)),
+        ],
         missing: "No run deployed.",
     };
     let figure = figure.render()?;

@@ -3,8 +3,8 @@
 //! The link carries every value exactly, so the results are those of the whole flight, bit for bit. It serves flights
 //! with ideal navigation and without faults: they show what guidance alone can do.
 
-use fsw_core::executive::Executive;
-use fsw_core::link::packet::{Actuator, Pace, Uplink};
+use fsw_core::executive::{EVENTS_PER_BURST, Executive, Outputs};
+use fsw_core::link::packet::{Actuator, Downlink, EventKind, Frame, Pace, Severity, Uplink};
 use fsw_core::link::parameters::NavigationMode;
 use fsw_core::probe::{MeasuredCost, NoProbe};
 use fsw_core::sensors::FrameInputs;
@@ -33,7 +33,9 @@ pub fn fly(
     observer: &mut Observer<'_>,
 ) -> Result<End, SessionError> {
     start(executive, plan)?;
-    let mut command = Actuator::default();
+    // The answer to the start of the flight, of which arming and the first mode are told.
+    events(executive, observer, truth);
+    let (mut command, mut inputs) = (Actuator::default(), FrameInputs::new());
     loop {
         truth.advance(command.bank_accel_radps2, command.bank_rate_radps);
         observer.frame(truth);
@@ -44,7 +46,7 @@ pub fn fly(
         if now.as_s() >= plan.time_limit_s {
             return Ok(End::TimeLimit);
         }
-        let inputs = inputs(executive, now, truth);
+        measure(&mut inputs, executive, now, truth);
         let actuator = tick(executive, now, &inputs, observer, truth);
         // As the truth's end of the link: what is not finite is not obeyed.
         if actuator.bank_accel_radps2.is_finite() && actuator.bank_rate_radps.is_finite() {
@@ -65,22 +67,24 @@ fn start(executive: &mut Executive, plan: &Plan) -> Result<(), SessionError> {
     }
     executive.config.validate().map_err(|why| refused(format!("{why:?}")))?;
     executive.arm().map_err(|why| refused(why.to_string()))?;
+    let armed = EventKind::Armed { digest: executive.config.digest() };
+    executive.log.record(MissionTime::ZERO, Severity::Activity, armed);
     if executive.go(Pace::LockStep) { Ok(()) } else { Err(refused("it does not start".into())) }
 }
 
 /// What the frame brings: every measurement due, and the truth itself.
-fn inputs(executive: &mut Executive, now: MissionTime, truth: &Truth) -> FrameInputs {
-    let mut inputs = FrameInputs { truth: Some((now, truth.packet())), ..FrameInputs::new() };
+fn measure(inputs: &mut FrameInputs, executive: &mut Executive, now: MissionTime, truth: &Truth) {
+    inputs.clear();
     let packets = truth.frame_packets();
     inputs.pressure = packets.pressure.map(|pressure| (now, pressure));
     for radio in &packets.radio {
         inputs.put(now, &Uplink::Radio(*radio), &mut executive.rejects);
     }
     inputs.imu = Some((now, packets.imu));
-    inputs
+    inputs.truth = Some((now, truth.packet()));
 }
 
-/// One minor frame, all of which the observer hears.
+/// One minor frame, all of which the observer hears in the order in which the flight computer says it.
 fn tick(
     executive: &mut Executive,
     now: MissionTime,
@@ -88,19 +92,20 @@ fn tick(
     observer: &mut Observer<'_>,
     truth: &Truth,
 ) -> Actuator {
-    let outputs = executive.tick(now, inputs, &MeasuredCost::NONE, &mut NoProbe);
-    if let Some(nav) = &outputs.navigation {
-        observer.navigation(nav, truth);
+    let Outputs { actuator, navigation, guidance, health } =
+        executive.tick(now, inputs, &MeasuredCost::NONE, &mut NoProbe);
+    let mut hear = |packet| observer.hear(&Frame { sequence: 0, time: now, packet }, truth);
+    navigation.map(Downlink::NavTlm).into_iter().for_each(&mut hear);
+    guidance.map(Downlink::GuidanceTlm).into_iter().for_each(&mut hear);
+    health.map(Downlink::HealthTlm).into_iter().for_each(&mut hear);
+    events(executive, observer, truth);
+    observer.hear(&Frame { sequence: 0, time: now, packet: Downlink::Actuator(actuator) }, truth);
+    actuator
+}
+
+/// As many events as go with one frame.
+fn events(executive: &mut Executive, observer: &mut Observer<'_>, truth: &Truth) {
+    for event in std::iter::from_fn(|| executive.log.next_pending()).take(EVENTS_PER_BURST) {
+        observer.hear(&Frame { sequence: 0, time: event.time, packet: Downlink::Event(event) }, truth);
     }
-    if let Some(cycle) = &outputs.guidance {
-        observer.guidance(cycle);
-    }
-    if let Some(health) = &outputs.health {
-        observer.health(health);
-    }
-    while let Some(event) = executive.log.next_pending() {
-        observer.event(&event);
-    }
-    observer.actuator(&outputs.actuator);
-    outputs.actuator
 }

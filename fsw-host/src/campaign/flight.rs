@@ -134,6 +134,7 @@ mod tests {
             assert_eq!(flown.work.max_evaluations, whole.corrector.max_integrations, "{name}");
             assert_eq!(flown.position_error_m, whole.navigation.position_error_m, "{name}");
             assert_eq!(flown.nees_mean, whole.navigation.nees_mean, "{name}");
+            assert_eq!(flown.output_hash, Some(whole.output_hash), "{name}");
             assert_eq!((flown.reason, flown.outcome), (whole.reason, whole.outcome.as_str()), "{name}");
             // `fly` takes the load from differences of the velocity, a trapezoid over the frame.
             assert!((flown.peak.load_g - whole.peak.load_g).abs() < 1e-5, "{name}");

@@ -1,11 +1,13 @@
 //! Shards of one campaign, flown apart, become the campaign.
 
-use std::path::PathBuf;
-
-use hil_sim::scenario::Scenario;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use super::columns::Columns;
-use super::folder::{Folder, Identity, RUNS, read_identity};
+use super::folder::{Folder, RUNS, SCENARIO, read_scenario};
+use super::identity::{Identity, read_identity};
+use super::runs::Runs;
+use super::table::{Heading, Reader};
 use crate::cli::CampaignArgs;
 use crate::error::HostError;
 use crate::record::ScenarioFacts;
@@ -17,8 +19,25 @@ struct Shard {
 }
 
 impl Shard {
-    fn end(&self) -> u64 {
-        self.identity.first + self.identity.runs
+    /// Whether it has the runs that it says, under these headings, and does not lie where the whole shall be.
+    fn check(&self, out: &Path, headings: &[Heading]) -> Result<(), HostError> {
+        let place = |path: &Path| path.canonicalize().ok();
+        if place(out).is_some_and(|out| place(&self.path) == Some(out)) {
+            let out = out.display();
+            return Err(HostError::Option(format!(
+                "--out {out} is a shard itself: choose another folder for the whole"
+            )));
+        }
+        let table = self.path.join(RUNS);
+        Runs::open(&table, &self.identity)?;
+        let read = || {
+            let reader = Reader::open(&table)?;
+            if reader.headings() != headings {
+                return Err(io::Error::other("its columns are not those of this program"));
+            }
+            reader.for_each_row(|_| Ok(()))
+        };
+        read().map_err(HostError::file("read", &table))
     }
 }
 
@@ -37,18 +56,16 @@ pub fn run(args: &CampaignArgs) -> Result<bool, HostError> {
         runs: shards.iter().map(|shard| shard.identity.runs).sum(),
         ..first.identity.clone()
     };
-    let scenario = Scenario::resolve(&first.path.join("scenario.toml").to_string_lossy(), &[])?;
-    if super::sha256(scenario.to_toml().as_bytes()) != whole.scenario_sha256 {
-        let place = first.path.join("scenario.toml");
-        return Err(HostError::Option(format!("{} is not the scenario that was flown", place.display())));
-    }
-    let facts = ScenarioFacts::of(&scenario);
+    let scenario = read_scenario(&first.path, &whole)?;
+    let headings = Columns::of(&scenario, &ScenarioFacts::of(&scenario)).headings();
+    // Everything is read once before anything is made or replaced.
+    shards.iter().try_for_each(|shard| shard.check(out, &headings))?;
     let folder = Folder::at(out, &whole, args.force)?;
-    folder.write("scenario.toml", |file| std::io::Write::write_all(file, scenario.to_toml().as_bytes()))?;
+    folder.write(SCENARIO, |file| std::io::Write::write_all(file, scenario.to_toml().as_bytes()))?;
     let tables: Vec<PathBuf> = shards.iter().map(|shard| shard.path.join(RUNS)).collect();
-    folder.concatenate(&Columns::of(&scenario, &facts).headings(), &tables)?;
+    folder.concatenate(&headings, &tables)?;
     folder.gather(&[])?;
-    super::conclude(folder, scenario, (0, 0.0))?.tell(args)
+    super::conclude(folder, scenario, None)?.tell(args)
 }
 
 /// The shards in the order of their runs, when they make one campaign without gap or overlap.
@@ -76,9 +93,9 @@ fn fit(a: &Shard, b: &Shard) -> Result<(), HostError> {
     let refuse = |what: &str, from: u64, to: u64| {
         Err(HostError::Option(format!("{x} and {y} {what} runs {from} to {}", to.saturating_sub(1))))
     };
-    match a.end().cmp(&b.identity.first) {
-        std::cmp::Ordering::Less => refuse("leave a gap:", a.end(), b.identity.first),
-        std::cmp::Ordering::Greater => refuse("overlap in", b.identity.first, a.end().min(b.end())),
+    match a.identity.end().cmp(&b.identity.first) {
+        std::cmp::Ordering::Less => refuse("leave a gap:", a.identity.end(), b.identity.first),
+        std::cmp::Ordering::Greater => refuse("overlap in", b.identity.first, a.identity.end().min(b.identity.end())),
         std::cmp::Ordering::Equal => Ok(()),
     }
 }

@@ -4,16 +4,20 @@
 //! chunks so that a campaign that was stopped goes on where it was, [`summary`] and [`report`] come from the final table
 //! alone. So order, threads, shards and interruptions leave no trace in the results.
 
+pub mod arguments;
+mod chunks;
 pub mod columns;
 pub mod compare;
 pub mod direct;
 pub mod engine;
 pub mod flight;
 pub mod folder;
+pub mod identity;
 mod merge;
 pub mod observer;
-mod progress;
+pub mod progress;
 pub mod report;
+pub mod runs;
 pub mod screen;
 pub mod split;
 pub mod statistics;
@@ -34,17 +38,17 @@ use crate::error::HostError;
 use crate::output::{print, print_json};
 use crate::record::ScenarioFacts;
 
+use arguments::MOST_RUNS;
 use engine::Engine;
-use folder::{Folder, Identity};
+use folder::Folder;
+use identity::Identity;
 use progress::Progress;
 use report::Material;
-use summary::{Runs, Summary, summarise};
-use table::Reader;
+use runs::Runs;
+use summary::{Summary, summarise};
 
 /// Folder in which campaign folders are made when none is named.
 const CAMPAIGNS: &str = "campaigns";
-/// Most runs of a campaign: their numbers and the sums of their figures stay exact.
-const MOST_RUNS: u64 = 1_000_000_000;
 
 /// Set by the first Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -112,11 +116,11 @@ pub fn complete(args: &CampaignArgs, name: &str) -> Result<Finished, HostError> 
             Folder::fresh(Path::new(CAMPAIGNS), &name, &identity)?
         }
     };
-    folder.write("scenario.toml", |out| io::Write::write_all(out, scenario.to_toml().as_bytes()))?;
+    folder.write(folder::SCENARIO, |out| io::Write::write_all(out, scenario.to_toml().as_bytes()))?;
     let started = Instant::now();
     let flown = fly(args, name, &engine, &folder)?;
     let wall_s = started.elapsed().as_secs_f64();
-    conclude(folder, scenario, (flown, wall_s))
+    conclude(folder, scenario, (flown > 0).then_some((flown, wall_s)))
 }
 
 /// What a campaign is about, checked.
@@ -151,12 +155,16 @@ fn program() -> Result<String, HostError> {
 }
 
 fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Flies what is still to be flown; the number of runs.
 fn fly(args: &CampaignArgs, name: &str, engine: &Engine<'_>, folder: &Folder) -> Result<u64, HostError> {
-    let chunks = folder.open_chunks();
+    let chunks = folder.open_chunks()?;
     let left: u64 = chunks.iter().map(|chunk| chunk.end - chunk.start).sum();
     let identity = folder.identity();
     if left > 0 && left < identity.runs && !args.common.quiet {
@@ -174,6 +182,13 @@ fn fly(args: &CampaignArgs, name: &str, engine: &Engine<'_>, folder: &Folder) ->
         let jobs = args.jobs.map_or_else(cores, std::num::NonZeroUsize::get);
         let flown = engine.fly_all(folder, &chunks, jobs, &INTERRUPTED, &|result| progress.flown(result, identity));
         progress.finish();
+        if matches!(flown, Err(HostError::Interrupted)) {
+            let open: u64 = folder.open_chunks()?.iter().map(|chunk| chunk.end - chunk.start).sum();
+            let (kept, runs, path) = (identity.runs - open, identity.runs, folder.path().display());
+            let what =
+                format!("interrupted: {kept} of {runs} runs are kept in {path}, and the same command goes on there");
+            return Err(HostError::Option(what));
+        }
         flown?;
     }
     folder.gather(&engine.columns.headings())?;
@@ -197,14 +212,18 @@ fn catch_interrupt() -> Result<(), HostError> {
     .map_err(|e| HostError::Option(format!("Ctrl-C cannot be caught: {e}")))
 }
 
-/// Everything that follows from the table of all runs.
-fn conclude(folder: Folder, scenario: Scenario, (flown, wall_s): (u64, f64)) -> Result<Finished, HostError> {
+/// Everything that follows from the table of all runs; `sitting` are the runs flown just now and their wall time.
+fn conclude(folder: Folder, scenario: Scenario, sitting: Option<(u64, f64)>) -> Result<Finished, HostError> {
     let table = folder.runs();
     let facts = ScenarioFacts::of(&scenario);
     let unreadable = |e| HostError::file("read", &table)(e);
-    let runs = Runs::new(Reader::open(&table).map_err(unreadable)?);
+    let runs = Runs::open(&table, folder.identity())?;
     let plain = summarise(&runs, folder.identity(), &facts).map_err(unreadable)?;
-    let summary = Summary { wall_s, runs_per_s: (flown > 0 && wall_s > 0.0).then(|| flown as f64 / wall_s), ..plain };
+    let (wall_s, runs_per_s) = match sitting {
+        Some((flown, wall_s)) => (wall_s, (wall_s > 0.0).then(|| flown as f64 / wall_s)),
+        None => earlier_sitting(&folder),
+    };
+    let summary = Summary { wall_s, runs_per_s, ..plain };
     // The shortest and most telling file first.
     folder.write(folder::SUMMARY, |out| write_json(&summary, out))?;
     let identity = folder.identity();
@@ -212,6 +231,12 @@ fn conclude(folder: Folder, scenario: Scenario, (flown, wall_s): (u64, f64)) -> 
     let page = page.map_err(|e| HostError::Option(format!("{}: {e}", table.display())))?;
     folder.write(folder::REPORT, |out| io::Write::write_all(out, page.as_bytes()))?;
     Ok(Finished { folder, scenario, facts, summary, runs })
+}
+
+/// Wall time and rate of the sitting that flew the last runs: what is only looked at again keeps them.
+fn earlier_sitting(folder: &Folder) -> (f64, Option<f64>) {
+    let text = std::fs::read_to_string(folder.path().join(folder::SUMMARY)).unwrap_or_default();
+    serde_json::from_str::<Summary>(&text).map_or((0.0, None), |summary| (summary.wall_s, summary.runs_per_s))
 }
 
 pub(crate) fn write_json(value: &impl Serialize, out: &mut impl io::Write) -> io::Result<()> {

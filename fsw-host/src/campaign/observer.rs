@@ -7,9 +7,11 @@ use fsw_core::planet::STANDARD_GRAVITY_MPS2;
 use fsw_core::time::FRAME;
 use fsw_core::units::deg;
 use hil_sim::truth::Truth;
+use sha2::{Digest, Sha256};
 
 use crate::measure::{consistency, miss, truth_sample};
 use crate::record::{DeployState, End, Peak, ScenarioFacts};
+use crate::recorder::hash_packet;
 
 /// What is kept of one flight.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,6 +54,8 @@ pub struct Flown {
     pub frames: u32,
     /// Bank where the flight first fell below each speed of the grid, deg.
     pub bank_deg: Vec<Option<f64>>,
+    /// SHA-256 of what the flight computer said, hexadecimal; the same as that of `fly`. None when it never came to its end.
+    pub output_hash: Option<String>,
 }
 
 /// Work of guidance over the cycles that predicted.
@@ -104,6 +108,7 @@ pub struct Observer<'a> {
     nees_count: u32,
     reversal_events: u32,
     deployed: bool,
+    hash: Sha256,
 }
 
 impl<'a> Observer<'a> {
@@ -111,7 +116,8 @@ impl<'a> Observer<'a> {
     #[must_use]
     pub fn new(facts: &'a ScenarioFacts, grid_mps: &'a [f64]) -> Self {
         let flown = Flown { bank_deg: Vec::with_capacity(grid_mps.len()), ..Flown::default() };
-        Self { facts, grid_mps, flown, nees_sum: 0.0, nees_count: 0, reversal_events: 0, deployed: false }
+        let hash = Sha256::new();
+        Self { facts, grid_mps, flown, nees_sum: 0.0, nees_count: 0, reversal_events: 0, deployed: false, hash }
     }
 
     /// Whether the parachute has been fired.
@@ -137,6 +143,7 @@ impl<'a> Observer<'a> {
 
     /// A packet of the flight computer, and the truth as it was then.
     pub fn hear(&mut self, frame: &Frame<Downlink>, truth: &Truth) {
+        hash_packet(&mut self.hash, frame);
         match &frame.packet {
             Downlink::Actuator(actuator) => self.actuator(actuator),
             Downlink::NavTlm(nav) if frame.time == truth.time() => self.navigation(nav, truth),
@@ -148,18 +155,18 @@ impl<'a> Observer<'a> {
     }
 
     /// The command of a frame.
-    pub fn actuator(&mut self, actuator: &Actuator) {
+    fn actuator(&mut self, actuator: &Actuator) {
         self.flown.frames = actuator.frame;
         self.deployed |= actuator.discretes & Actuator::MORTAR_FIRE != 0;
     }
 
     /// Counters.
-    pub fn health(&mut self, health: &HealthTlm) {
+    fn health(&mut self, health: &HealthTlm) {
         self.flown.rejected = rejected(&health.rejects);
     }
 
     /// An estimate of the present truth.
-    pub fn navigation(&mut self, nav: &NavTlm, truth: &Truth) {
+    fn navigation(&mut self, nav: &NavTlm, truth: &Truth) {
         let sample = consistency(0.0, nav, &truth.packet());
         let norm = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         self.flown.position_error_m = Some(norm(sample.position_error_m));
@@ -171,13 +178,13 @@ impl<'a> Observer<'a> {
     }
 
     /// A guidance cycle.
-    pub fn guidance(&mut self, cycle: &GuidanceTlm) {
+    fn guidance(&mut self, cycle: &GuidanceTlm) {
         self.flown.work.add(cycle);
         self.flown.reversals = self.flown.reversals.max(u32::from(cycle.reversals));
     }
 
     /// Something happened.
-    pub fn event(&mut self, event: &Event) {
+    fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Reversal { .. } => self.reversal_events += 1,
             EventKind::TargetUnreachable { miss_m } => {
@@ -204,6 +211,7 @@ impl<'a> Observer<'a> {
         self.flown.outcome = end.word();
         self.flown.reversals = self.flown.reversals.max(self.reversal_events);
         self.flown.nees_mean = (self.nees_count > 0).then(|| self.nees_sum / f64::from(self.nees_count));
+        self.flown.output_hash = Some(super::hexadecimal(&self.hash.finalize()));
         self.flown.bank_deg.resize(self.grid_mps.len(), None);
         if *end == End::Deployed {
             let sample = truth_sample(self.facts, truth.time(), &truth.packet(), None);

@@ -5,10 +5,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::columns::RunResult;
-use super::folder::Identity;
+use super::identity::Identity;
 
 /// Failed runs that are told one by one.
 const TOLD: u64 = 10;
+
+/// A bar over runs with their rate and the time left.
+#[must_use]
+pub fn bar_over(runs: u64, visible: bool) -> ProgressBar {
+    let template = "  {prefix}{bar:28.cyan/blue} {pos}/{len} runs  {per_sec}  {eta} left  {msg}";
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = if visible { ProgressBar::new(runs) } else { ProgressBar::hidden() };
+    bar.set_style(style);
+    bar
+}
 
 /// Follows a campaign on standard error.
 pub struct Progress {
@@ -21,10 +31,7 @@ impl Progress {
     /// A bar over the runs still to be flown; `name` stands before it, `bar` shows it, `speaks` tells of failed runs.
     #[must_use]
     pub fn new(name: &str, runs: u64, bar: bool, speaks: bool) -> Self {
-        let template = "  {prefix}{bar:28.cyan/blue} {pos}/{len} runs  {per_sec}  {eta} left  {msg}";
-        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        let bar = if bar { ProgressBar::new(runs) } else { ProgressBar::hidden() };
-        bar.set_style(style);
+        let bar = bar_over(runs, bar);
         if !name.is_empty() {
             bar.set_prefix(format!("{name:<16}"));
         }

@@ -55,7 +55,7 @@ fn misses(out: &mut String, s: &Summary) {
     rule(out, "miss, with 95 % bounds");
     for (ring, within) in s.within_pct.rings() {
         if let Some(within) = within {
-            let _ = writeln!(out, "  within {ring:<5} {}", share(&within));
+            let _ = writeln!(out, "  within {ring:<6} {}", share(&within));
         }
     }
     let _ =
@@ -63,12 +63,21 @@ fn misses(out: &mut String, s: &Summary) {
     distribution(out, "miss", s.miss_m.as_ref(), 1e-3, "km");
     distribution(out, "navigation", s.navigation_position_error_m.as_ref(), 1.0, "m");
     distribution(out, "navigation", s.navigation_velocity_error_mps.as_ref(), 1.0, "m/s");
-    if s.unreachable.ever > 0 {
-        let u = &s.unreachable;
-        let _ = writeln!(out, "  called unreachable by the flight software: {} runs, {} to the end", u.ever, u.at_end);
-        if let Some(within) = u.others_within_pct.km2 {
-            let _ = writeln!(out, "  the others within 2 km: {}", share(&within));
-        }
+    unreachable(out, s);
+}
+
+fn unreachable(out: &mut String, s: &Summary) {
+    let u = &s.unreachable;
+    if u.ever == 0 {
+        return;
+    }
+    let missed = u
+        .miss_m
+        .map_or_else(String::new, |m| format!(", which missed by {:.3} to {:.3} km", m.min * 1e-3, m.max * 1e-3));
+    let (ever, to_end) = (u.ever, u.at_end);
+    let _ = writeln!(out, "  called unreachable by the flight software: {ever} runs, {to_end} to the end{missed}");
+    if let Some(within) = u.others_within_pct.km2_5 {
+        let _ = writeln!(out, "  the others within 2.5 km: {}", share(&within));
     }
 }
 
@@ -92,6 +101,12 @@ fn split(out: &mut String, s: &Summary) {
         "  atmosphere {:.0} %, navigation {:.0} %, guidance and vehicle {:.0} % of the mean squared miss ({} runs)",
         split.atmosphere_pct, split.navigation_pct, split.guidance_pct, split.runs
     );
+    if let Some(b) = split.bounds {
+        let range = |[low, high]: [f64; 2]| format!("{low:.0} … {high:.0}");
+        let (air, navigation, guidance) = (range(b.atmosphere_pct), range(b.navigation_pct), range(b.guidance_pct));
+        let text = format!("95 % bounds [{air}], [{navigation}], [{guidance}]");
+        let _ = writeln!(out, "  {}", style(text).dim());
+    }
     let _ = writeln!(
         out,
         "  root mean square {:.0} m as flown, {:.0} m with known density, {:.0} m with ideal navigation too",

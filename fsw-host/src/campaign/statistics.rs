@@ -41,6 +41,14 @@ pub struct Percentile {
     pub high: Option<f64>,
 }
 
+impl Percentile {
+    /// Lower and upper bound.
+    #[must_use]
+    pub fn bounds(&self) -> [Option<f64>; 2] {
+        [self.low, self.high]
+    }
+}
+
 /// The quantile `q` of an ascending sample.
 #[must_use]
 pub fn percentile(sorted: &[f64], q: f64) -> Option<Percentile> {
@@ -87,6 +95,14 @@ fn binomial(n: usize, k: usize, q: f64) -> f64 {
     let (n, k) = (n as f64, k as f64);
     let choose = libm::lgamma(n + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(n - k + 1.0);
     (choose + k * q.ln() + (n - k) * (-q).ln_1p()).exp()
+}
+
+/// The values that are there, ascending.
+#[must_use]
+pub fn ascending(values: &[f64]) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted
 }
 
 /// Mean of a sample.

@@ -1,20 +1,21 @@
 //! `footprint`: what a vehicle can reach from its entry, and how steep or shallow that entry may be.
 //!
 //! The rim is flown with constant bank, from full lift up over both sides to full lift down; the inside with one reversal
-//! at some speed. The corridor repeats lift up and lift down over the entry flight-path angle.
+//! at some speed. The corridor is that of the entry flight-path angles from which the target is reached as it should be.
 
+mod corridor;
 mod flight;
 mod page;
 
-use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use fsw_core::units::{deg, rad};
+use fsw_core::units::rad;
 use hil_sim::case::Case;
 use hil_sim::scenario::Scenario;
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use corridor::{Aimed, Slice, open_range};
 pub use flight::{Course, Reached};
 
 use crate::cli::FootprintArgs;
@@ -28,9 +29,6 @@ const RIM_DEG: i32 = 5;
 /// Spacing of the banks of the inside, deg, and the speeds at which they change sides, as shares of the entry speed.
 const INSIDE_DEG: i32 = 15;
 const REVERSALS: [f64; 6] = [0.85, 0.7, 0.55, 0.4, 0.3, 0.2];
-/// Entry flight-path angles of the corridor about the nominal one: their reach, deg, and their number on either side.
-const CORRIDOR_DEG: f64 = 3.0;
-const CORRIDOR_STEPS: i32 = 15;
 
 /// What can be reached.
 #[derive(Clone, Debug, Serialize)]
@@ -49,19 +47,6 @@ pub struct Footprint {
     pub margin_before_m: Option<f64>,
     /// The corridor.
     pub corridor: Vec<Slice>,
-}
-
-/// The corridor at one entry flight-path angle.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Slice {
-    /// Entry flight-path angle, deg.
-    pub flight_path_angle_deg: f64,
-    /// Full lift up; none when it skips out or is still flying at the time limit.
-    pub lift_up: Option<Reached>,
-    /// Full lift down.
-    pub lift_down: Option<Reached>,
-    /// The target lies between both, and full lift up keeps the limits of load, heat flux and dynamic pressure.
-    pub open: bool,
 }
 
 /// Runs the command.
@@ -87,6 +72,10 @@ pub fn run(args: &FootprintArgs) -> Result<bool, HostError> {
         print_json(&footprint)?;
     } else if !args.common.quiet {
         print(&text(&footprint))?;
+        print(&match &args.out {
+            Some(out) => format!("  plots   {}\n", out.display()),
+            None => "  plots   with --out FILE.html\n".to_owned(),
+        })?;
     }
     Ok(true)
 }
@@ -117,7 +106,7 @@ pub fn of(scenario: &Scenario, facts: &ScenarioFacts) -> Footprint {
         margin_beyond_m: at(0.0).map(|r| r.downrange_m),
         margin_before_m: at(-180.0).map(|r| -r.downrange_m),
         inside,
-        corridor: corridor(scenario, facts),
+        corridor: corridor::of(scenario, facts),
         rim,
     }
 }
@@ -131,37 +120,6 @@ fn holds_target(rim: &[(f64, Option<Reached>)]) -> bool {
         .zip(next)
         .filter(|((x0, y0), (x1, y1))| (*y0 > 0.0) != (*y1 > 0.0) && x0 + (x1 - x0) * (-y0) / (y1 - y0) > 0.0);
     crossings.count() % 2 == 1
-}
-
-fn corridor(scenario: &Scenario, facts: &ScenarioFacts) -> Vec<Slice> {
-    let limits = &facts.constraints;
-    let slice = |k: i32| {
-        let off_deg = CORRIDOR_DEG * f64::from(k) / f64::from(CORRIDOR_STEPS);
-        let mut case = Case::draw(scenario, 0, 0, true);
-        let planet = case.world.planet;
-        let mut state = case.entry.planet_relative(0.0, &planet);
-        state.flight_path_angle_rad += rad(off_deg);
-        case.entry = hil_sim::dynamics::Motion::at_epoch(&state, &planet);
-        let course = Course { world: &case.world, facts, time_limit_s: scenario.time_limit_s };
-        let (lift_up, lift_down) = (course.fly(&case.entry, |_| 0.0), course.fly(&case.entry, |_| PI));
-        // Lift up that skips out reaches any distance.
-        let far_enough = lift_up.is_none_or(|r| r.downrange_m >= 0.0);
-        let near_enough = lift_down.is_some_and(|r| r.downrange_m <= 0.0);
-        let kept = lift_up.is_none_or(|r| {
-            r.peak.load_g * fsw_core::planet::STANDARD_GRAVITY_MPS2 <= limits.load_mps2
-                && r.peak.heat_flux_wpm2 <= limits.heat_flux_wpm2
-                && r.peak.dynamic_pressure_pa <= limits.dynamic_pressure_pa
-        });
-        let flight_path_angle_deg = deg(state.flight_path_angle_rad);
-        Slice { flight_path_angle_deg, lift_up, lift_down, open: far_enough && near_enough && kept }
-    };
-    (-CORRIDOR_STEPS..=CORRIDOR_STEPS).into_par_iter().map(slice).collect()
-}
-
-/// The open part of the corridor, deg.
-fn open_range(corridor: &[Slice]) -> Option<(f64, f64)> {
-    let open = || corridor.iter().filter(|slice| slice.open).map(|slice| slice.flight_path_angle_deg);
-    open().next().zip(open().next_back())
 }
 
 fn text(footprint: &Footprint) -> String {
@@ -212,6 +170,12 @@ mod tests {
         assert!(f.margin_beyond_m.unwrap() > 50e3 && f.margin_before_m.unwrap() > 50e3);
         let (low, high) = open_range(&f.corridor).unwrap();
         assert!(low < -14.15 && high > -14.15);
+        // Shallower than the corridor the target is still in reach, but the parachute opens too low.
+        let first_closed = f.corridor.iter().find(|slice| slice.flight_path_angle_deg > high).unwrap();
+        assert!(first_closed.to_target.unwrap().reached.altitude_m < 5e3);
+        for slice in f.corridor.iter().filter(|slice| slice.open) {
+            assert!(slice.to_target.unwrap().reached.downrange_m.abs() < 200.0, "{slice:?}");
+        }
         // Right banks lead to the right; one reversal leads back inside.
         let crossrange = |bank: f64| f.rim.iter().find(|(b, _)| *b == bank).unwrap().1.unwrap().crossrange_m;
         assert!(crossrange(60.0) > crossrange(-60.0) + 20e3);

@@ -60,8 +60,9 @@ pub fn section(material: &Material<'_>) -> Result<Markup, CampaignReportError> {
             h2 { "What explains the miss" }
             p.caption {
                 "Spearman's rank correlation of each input, as read back from the truth, with the signed errors of the "
-                "runs; in the last column of its distance from the mean with the size of the miss. The strongest inputs "
-                "are shown. Within ±" (number(chance, 2)) " (the grey zone) a correlation of so many runs is chance."
+                "runs; in the last column of its distance from the mean with the size of the miss. The " (causes.len())
+                " strongest of " (material.runs.names(INPUT).count()) " inputs are shown. Of inputs that have nothing to do "
+                "with the miss, 95 % lie within ±" (number(chance, 2)) " (the grey zone) in so many runs."
             }
             @if causes.is_empty() { p.missing { "Too few runs, or nothing was dispersed." } } @else {
                 table.causes {

@@ -3,7 +3,7 @@
 use super::super::statistics::{pearson, quantile, wilson};
 use super::super::summary::ascending;
 use super::{CampaignReportError, Material, thinned};
-use crate::report::{Anchor, Axis, Figure, Ink, Layer, Mark, Panel, Point, number};
+use crate::report::{Anchor, Axis, Figure, Ink, Layer, Mark, Panel, Point};
 
 /// Rings about the target, km.
 const RINGS_KM: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
@@ -14,14 +14,12 @@ const LEAST_KM: f64 = 1e-3;
 /// Share of the runs inside the ellipse.
 const ELLIPSE: f64 = 0.99;
 
-/// Scatter, distribution and split of the miss.
+/// Scatter and distribution of the miss.
 pub fn figures(material: &Material<'_>) -> Result<Vec<Figure>, CampaignReportError> {
     let km = |name: &str| material.runs.numbers(name).map(|v| v.iter().map(|m| m * 1e-3).collect::<Vec<f64>>());
     let (down, cross, misses) = (km("downrange_error_m")?, km("crossrange_error_m")?, km("miss_m")?);
     let points: Vec<Point> = down.iter().copied().zip(cross.iter().copied()).filter(|p| p.0.is_finite()).collect();
-    let mut figures = vec![scatter(&points, &misses), distribution(&misses)];
-    figures.extend(split(material, &misses)?);
-    Ok(figures)
+    Ok(vec![scatter(&points, &misses), distribution(&misses)])
 }
 
 fn scatter(points: &[Point], misses: &[f64]) -> Figure {
@@ -55,8 +53,9 @@ fn scatter(points: &[Point], misses: &[f64]) -> Figure {
 fn cloud(points: &[Point], reach: f64, height: u32) -> Panel {
     let x = Axis::fixed("downrange from the target, km", -reach, reach);
     let mut panel = Panel::new(x, Axis::fixed("crossrange, km", -reach, reach), height).equal_scale();
-    // The three largest rings that fit; more would be a target disc.
-    let fitting: Vec<f64> = RINGS_KM.iter().copied().filter(|radius| *radius < 0.98 * reach).collect();
+    // The three largest rings that fit; more would be a target disc, and smaller ones hide under the points.
+    let fitting: Vec<f64> =
+        RINGS_KM.iter().copied().filter(|radius| (0.15 * reach..0.98 * reach).contains(radius)).collect();
     for radius in fitting.iter().rev().take(3) {
         let ring = curve(|c, s| (radius * c, radius * s));
         let label = (0.72 * radius, 0.72 * radius);
@@ -109,7 +108,7 @@ fn distribution(misses: &[f64]) -> Figure {
     let line: Vec<Point> = steps.iter().map(|k| (log(sorted[*k]), share(k + 1).value)).collect();
     let band = steps.iter().map(|k| (log(sorted[*k]), share(k + 1).low, share(k + 1).high)).collect();
     let missed = |k: usize| share(misses.len() - k - 1);
-    let floor = 100.0 / (all.max(1) as f64) / 3.0;
+    let floor = least_percent(misses.len());
     let decades = |percent: f64| percent.max(floor).log10();
     let tail: Vec<Point> = steps.iter().map(|k| (log(sorted[*k]), decades(missed(*k).value))).collect();
     let tail_band =
@@ -147,42 +146,16 @@ pub fn curve_of(sorted_km: &[f64], all: usize) -> Vec<Point> {
     steps(sorted_km).into_iter().map(|k| (sorted_km[k].max(LEAST_KM).log10(), share(k))).collect()
 }
 
-/// The same runs flown with less to contend with.
-fn split(material: &Material<'_>, misses: &[f64]) -> Result<Option<Figure>, CampaignReportError> {
-    let Some(split) = &material.summary.split else { return Ok(None) };
-    let read = |name: &str| material.runs.numbers(name).map(|v| v.iter().map(|m| m * 1e-3).collect::<Vec<f64>>());
-    let (known, ideal) = (read(super::super::columns::SPLIT[0])?, read(super::super::columns::SPLIT[1])?);
-    let flown: Vec<f64> = misses.iter().zip(&ideal).filter(|(_, k)| k.is_finite()).map(|(m, _)| *m).collect();
-    let curve = |values: &[f64]| {
-        let sorted = ascending(values);
-        curve_of(&sorted, sorted.len())
-    };
-    let panel = Panel::new(Axis::fit("miss, km").decades(), Axis::fixed("within, % of the runs", 0.0, 100.0), 260)
-        .line(curve(&ideal), Ink::Green)
-        .line(curve(&known), Ink::Orange)
-        .line(curve(&flown), Ink::Blue);
-    Ok(Some(Figure {
-        title: "Where the miss comes from",
-        caption: format!(
-            "{} runs flown three times: as they are, with the density of their air known on board, and with ideal \
-             navigation too. Root mean square {} m, {} m and {} m: {} % of the mean squared miss goes with the errors of \
-             the density, {} % with those of navigation, {} % is left to guidance and the dispersed vehicle.",
-            split.runs,
-            number(split.flown_m, 0),
-            number(split.known_density_m, 0),
-            number(split.ideal_navigation_m, 0),
-            number(split.atmosphere_pct, 0),
-            number(split.navigation_pct, 0),
-            number(split.guidance_pct, 0),
-        ),
-        legend: vec![
-            (Mark::Line, Ink::Blue, "as flown".into()),
-            (Mark::Line, Ink::Orange, "known density".into()),
-            (Mark::Line, Ink::Green, "and ideal navigation".into()),
-        ],
-        panels: vec![panel],
-        missing: "",
-    }))
+/// The other way round: (decimal logarithm of the distance in km, that of the percentage that lies farther).
+#[must_use]
+pub fn tail_of(sorted_km: &[f64], all: usize) -> Vec<Point> {
+    let share = |k: usize| (100.0 * (all.max(1) - k - 1) as f64 / all.max(1) as f64).max(least_percent(all)).log10();
+    steps(sorted_km).into_iter().map(|k| (sorted_km[k].max(LEAST_KM).log10(), share(k))).collect()
+}
+
+/// What no run at all is drawn as on a logarithmic axis of so many runs, percent.
+fn least_percent(all: usize) -> f64 {
+    100.0 / (all.max(1) as f64) / 3.0
 }
 
 #[cfg(test)]

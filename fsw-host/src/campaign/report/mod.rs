@@ -5,13 +5,14 @@ mod conditions;
 mod history;
 pub mod misses;
 mod page;
+mod split;
 mod tables;
 
 pub use page::document;
 
 use std::io;
 
-use super::folder::Identity;
+use super::identity::Identity;
 use super::summary::{Runs, Summary};
 use crate::record::ScenarioFacts;
 use crate::report::{Figure, PlotError, Point};
@@ -52,6 +53,7 @@ pub enum CampaignReportError {
 pub fn html(material: &Material<'_>) -> Result<String, CampaignReportError> {
     let sections = vec![
         ("miss", "Miss", misses::figures(material)?),
+        ("split", "Where the miss comes from", split::figures(material)?),
         ("deploy", "Deployment, loads and heat", conditions::figures(material)?),
         ("guidance", "Guidance and navigation", history::figures(material)?),
     ];

@@ -3,7 +3,7 @@
 use hil_sim::scenario::Scenario;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{CampaignReportError, Material, Sections, causes, tables};
+use super::{CampaignReportError, Material, Sections, causes, split, tables};
 use crate::report::{Figure, STYLE, number, style_sheet};
 
 /// What the pages of campaigns add to the style of the flight report.
@@ -20,10 +20,13 @@ pub fn html(material: &Material<'_>, sections: &Sections) -> Result<String, Camp
         (header(material))
         (cards(material))
         (tables::figures(material.summary))
-        @for (id, name, figures) in &drawn {
+        @for (id, name, figures) in drawn.iter().filter(|(_, _, figures)| !figures.is_empty()) {
             section id=(id) {
                 h2 { (name) }
-                div.grid { @for figure in figures { (figure) } }
+                div.grid {
+                    @if let ("split", Some(split)) = (**id, &material.summary.split) { (split::shares(split)) }
+                    @for figure in figures { (figure) }
+                }
             }
         }
         (explained)
@@ -125,7 +128,16 @@ fn cards(material: &Material<'_>) -> Markup {
             "Called unreachable",
             unreachable.at_end.to_string(),
             "runs",
-            format!("by the flight software at the end; {} at some time", unreachable.ever),
+            unreachable.miss_m.map_or_else(
+                || format!("by the flight software to the end; {} at some time", unreachable.ever),
+                |m| {
+                    let (low, high) = (number(m.min, 0), number(m.max, 0));
+                    format!(
+                        "by the flight software to the end, missed by {low} … {high} m; {} at some time",
+                        unreachable.ever
+                    )
+                },
+            ),
         ),
         (
             "Deploy altitude",

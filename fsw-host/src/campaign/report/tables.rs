@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::super::statistics::Share;
-use super::super::summary::{Distribution, Summary, Worst};
+use super::super::summary::{Distribution, Spread, Summary, Worst};
 use crate::report::number;
 
 /// Shares within a distance, and percentiles.
@@ -17,9 +17,9 @@ pub fn figures(summary: &Summary) -> Markup {
                     tbody {
                         @for (ring, share) in summary.within_pct.rings() { (share_row(&format!("within {ring}"), share)) }
                         (share_row("deployed inside the box", summary.success_pct))
-                        @if summary.unreachable.ever > 0 {
+                        @if summary.unreachable.at_end > 0 {
                             @for (ring, share) in summary.unreachable.others_within_pct.rings() {
-                                (share_row(&format!("reachable, within {ring}"), share))
+                                (share_row(&format!("not called unreachable, within {ring}"), share))
                             }
                         }
                     }
@@ -32,9 +32,52 @@ pub fn figures(summary: &Summary) -> Markup {
                         (distribution_rows("velocity error, m/s", summary.navigation_velocity_error_mps.as_ref(), 2))
                     }
                 }
+                (spreads(summary))
             }
         }
     }
+}
+
+/// Conditions at deployment and peaks, with bounds.
+fn spreads(summary: &Summary) -> Markup {
+    let (deploy, peak) = (&summary.deploy, &summary.peak);
+    html! {
+        table {
+            thead { tr { th.text { "" } th { "min" } th { "1 %" } th { "50 %" } th { "99 %" } th { "max" } th { "mean" } } }
+            tbody {
+                (spread_rows("deploy altitude, km", deploy.altitude_m.as_ref(), 1e-3, 2))
+                (spread_rows("deploy speed, m/s", deploy.speed_mps.as_ref(), 1.0, 1))
+                (spread_rows("deploy Mach number", deploy.mach.as_ref(), 1.0, 2))
+                (spread_rows("deploy dynamic pressure, Pa", deploy.dynamic_pressure_pa.as_ref(), 1.0, 0))
+                (spread_rows("peak load, g", peak.load_g.as_ref(), 1.0, 2))
+                (spread_rows("peak heat flux, kW/m²", peak.heat_flux_wpm2.as_ref(), 1e-3, 0))
+                (spread_rows("peak dynamic pressure, kPa", peak.dynamic_pressure_pa.as_ref(), 1e-3, 2))
+            }
+        }
+    }
+}
+
+fn spread_rows(name: &str, spread: Option<&Spread>, scale: f64, digits: usize) -> Markup {
+    let Some(s) = spread else { return html! {} };
+    let of = |v: f64| number(v * scale, digits);
+    html! {
+        tr {
+            th.text { (name) }
+            @for value in [s.min, s.p01, s.p50, s.p99, s.max, s.mean] { td { (of(value)) } }
+        }
+        tr.bounds {
+            td.text { "95 % bounds" }
+            td {}
+            @for pair in [s.bounds.p01, s.bounds.p50, s.bounds.p99] { td { (bound(pair, of)) } }
+            td {} td {}
+        }
+    }
+}
+
+/// A pair of bounds as text.
+fn bound([low, high]: [Option<f64>; 2], of: impl Fn(f64) -> String) -> String {
+    let text = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), &of);
+    format!("{} … {}", text(low), text(high))
 }
 
 fn share_row(name: &str, share: Option<Share>) -> Markup {
@@ -54,10 +97,6 @@ fn distribution_rows(name: &str, distribution: Option<&Distribution>, digits: us
     // Ideal navigation has no errors to show.
     let Some(d) = distribution.filter(|d| d.max > 0.0) else { return html! {} };
     let of = |v: f64| number(v, digits);
-    let bound = |[low, high]: [Option<f64>; 2]| {
-        let text = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), of);
-        format!("{} … {}", text(low), text(high))
-    };
     html! {
         tr {
             th.text { (name) }
@@ -65,7 +104,7 @@ fn distribution_rows(name: &str, distribution: Option<&Distribution>, digits: us
         }
         tr.bounds {
             td.text { "95 % bounds" }
-            @for pair in [d.bounds.p50, d.bounds.p90, d.bounds.p99, d.bounds.p999] { td { (bound(pair)) } }
+            @for pair in [d.bounds.p50, d.bounds.p90, d.bounds.p99, d.bounds.p999] { td { (bound(pair, of)) } }
             td {} td {}
         }
     }
@@ -87,18 +126,21 @@ pub fn worst(summary: &Summary) -> Markup {
 }
 
 fn runs(list: &[Worst]) -> Markup {
+    let remarks = list.iter().any(|run| run.unreachable || run.reason.is_some());
     html! {
         table.runs {
-            thead { tr { th { "run" } th { "miss, m" } th.text { "what it says" } th.text { "fly it again" } } }
+            thead { tr { th { "run" } th { "miss, m" } @if remarks { th.text { "remarks" } } th.text { "fly it again" } } }
             tbody {
                 @for run in list {
                     tr {
                         td { (run.run) }
                         td { (run.miss_m.map_or_else(|| "–".to_owned(), |m| number(m, 0))) }
-                        td.text {
-                            @if run.unreachable { "called unreachable by the flight software" }
-                            @if run.unreachable && run.reason.is_some() { "; " }
-                            @if let Some(reason) = &run.reason { (reason) }
+                        @if remarks {
+                            td.text {
+                                @if run.unreachable { "called unreachable by the flight software" }
+                                @if run.unreachable && run.reason.is_some() { "; " }
+                                @if let Some(reason) = &run.reason { (reason) }
+                            }
                         }
                         td.text { code { (run.command) } }
                     }
