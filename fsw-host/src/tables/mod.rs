@@ -1,7 +1,7 @@
 //! `guidance-tables`: makes the tables of the guidance modes `apollo` and `segmented-table` from the onboard model of a
 //! scenario, as the source file `fsw-core/src/guidance/tables.rs`.
 //!
-//! * [`reference`] the nominal flight at constant bank, and what its range depends on. * [`remainder`] the polynomials.
+//! * [`mod@reference`] the nominal flight at constant bank, and what its range depends on. * [`remainder`] the polynomials.
 
 mod reference;
 mod remainder;
