@@ -114,7 +114,7 @@ pub fn altitude(modes: &[Flown]) -> Figure {
         panel.line(late(m), ink(m.mode)).dots(deployed(m).into_iter().collect(), ink(m.mode), 4.5)
     });
     Figure {
-        title: "Altitude against speed (P4, Fig. 4 and 5)",
+        title: "Altitude against speed (P4, Fig. 4 and Fig. 5)",
         caption:
             "Undispersed flights; below, their end: the dots are the parachutes, for which the paper's Table 1 has \
                   7.8 km."
@@ -147,7 +147,7 @@ pub fn track(modes: &[Flown]) -> Figure {
     legend.push((Mark::Dot, Ink::Orange, "waypoint".into()));
     legend.push((Mark::Cross, Ink::Green, "target".into()));
     Figure {
-        title: "Trajectories over the ground (P4, Fig. 4 and 5)",
+        title: "Trajectories over the ground (P4, Fig. 4 and Fig. 5)",
         caption: "Undispersed flights with the three waypoints of §5; below, how far they lie beside the great circle \
                   from entry to target."
             .into(),
@@ -170,7 +170,7 @@ pub fn bank(modes: &[Flown]) -> Figure {
             .line(path(m, |s| (s.time_s, deg(s.packet.bank_rad))), ink(m.mode))
     };
     Figure {
-        title: "Bank (P4, Fig. 4 and 5)",
+        title: "Bank (P4, Fig. 4 and Fig. 5)",
         caption: "Undispersed flights, flown bank, positive to the right; upright lines are commanded reversals."
             .into(),
         legend: legend(modes),
