@@ -45,11 +45,13 @@ fn has_mode(record: &FlightRecord, mode: Mode) -> bool {
     record.actuators.iter().any(|actuator| actuator.mode == mode)
 }
 
+/// A cycle has found a bank; that of a waypoint out of reach, in mode `segmented`, is one too.
 fn corrects(record: &FlightRecord) -> bool {
+    use CycleOutcome::{BestSoFar, Constrained, Converged, Long, Short};
     record
         .guidance
         .iter()
-        .any(|(_, report)| matches!(report.outcome, CycleOutcome::Converged | CycleOutcome::BestSoFar))
+        .any(|(_, report)| matches!(report.outcome, Converged | BestSoFar | Short | Long | Constrained))
 }
 
 #[test]
