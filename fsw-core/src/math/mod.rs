@@ -4,9 +4,11 @@
 //! * [`num`] comparisons with a defined result for NaN and signed zeros.
 //! * [`Scalar`] what model equations need of a number; [`Dual`] carries derivatives through the same equations.
 //! * [`rk4`] one Runge–Kutta step. * [`Table`] clamped linear interpolation.
-//! * [`sqrt_tools`] Cholesky, triangular solves and triangularization, in place. * [`gate`] innovation gates.
+//! * [`sqrt_tools`] Cholesky, triangular solves and triangularization, in place. * [`factor`] a square root changed by one
+//!   vector. * [`gate`] innovation gates.
 
 mod dual;
+pub mod factor;
 pub mod fun;
 pub mod gate;
 pub mod num;

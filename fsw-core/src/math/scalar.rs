@@ -41,6 +41,11 @@ pub trait Scalar:
     /// Cosine of an angle in rad.
     #[must_use]
     fn cos(self) -> Self;
+    /// Sine and cosine, in that order: what one function needs for its derivative is the other's value.
+    #[must_use]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
     /// `1 / self`.
     #[must_use]
     fn recip(self) -> Self;

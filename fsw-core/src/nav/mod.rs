@@ -3,9 +3,11 @@
 //! * [`Navigator`] the entry point: one `step` per minor frame in any of the three navigation modes.
 //! * [`Estimate`] what it tells the rest. * [`strapdown`] integration of the inertial increments.
 //! * [`filter`] the error-state filter around it: covariance, measurements, corrections.
+//! * [`estimators`] the filters of the papers and those that surpass them, each one kernel over models.
 
 mod bridge;
 mod estimate;
+pub mod estimators;
 pub mod filter;
 mod navigator;
 pub mod strapdown;

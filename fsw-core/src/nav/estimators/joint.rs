@@ -1,0 +1,180 @@
+//! [`Joint`]: which quantities a linearised filter carries, in what order, and their derivatives from the model.
+//!
+//! The joint state of `J` numbers begins with the vehicle's state (`N`). Blocks may follow, anywhere behind it and in any
+//! order: an unknown input b that adds to each state in each step, the model's parameters α, a constant bias of a sensor
+//! triad. What is carried need not be estimated: the kernel's [`Gain`](super::linear::Gain) of a component decides that.
+
+use super::models::{AXES, Measurement, Process};
+use super::{EstimatorError, Part, finite};
+use crate::math::Dual;
+
+/// A block of the joint state that keeps its value, or fades, from step to step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// Its first component.
+    pub first: usize,
+    /// What remains of it after a step: 1 for a constant or a random walk, e^(−Δt/τ) for a Gauss–Markov process.
+    pub persistence: f64,
+}
+
+impl Block {
+    /// A block that keeps its value.
+    #[must_use]
+    pub const fn constant(first: usize) -> Self {
+        Self { first, persistence: 1.0 }
+    }
+}
+
+/// What follows the vehicle's state. No block: a plain EKF.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Layout {
+    /// Unknown input b (`N` components): x' = F(x, α) + s·b, with s the second number: 1 when b is an increment of a step
+    /// (SEKF), the step's length when b is a rate.
+    pub input: Option<(Block, f64)>,
+    /// Errors of the model's parameters (`P` components), which otherwise are the constants of the [`Joint`].
+    pub parameters: Option<Block>,
+    /// Constant bias of a triad (3 components), for measurements that name a bias axis.
+    pub bias: Option<Block>,
+}
+
+/// Derivatives of a step: rows of the vehicle's state in full; the components behind it only fade.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition<const N: usize, const J: usize> {
+    /// The joint state after the step.
+    pub next: [f64; J],
+    /// ∂(vehicle's state after)/∂(joint state before).
+    pub rows: [[f64; J]; N],
+    /// Factor of each component behind the vehicle's state (those before are unused).
+    pub persistence: [f64; J],
+}
+
+/// A measurement as a kernel sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen<const J: usize> {
+    /// What it should read.
+    pub expected: f64,
+    /// ∂(expected)/∂(joint state).
+    pub row: [f64; J],
+}
+
+/// A model as the joint state sees it. `W` is the width of the derivatives: `N`, or `N + P` when parameters are carried.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint<'a, M, const N: usize, const P: usize, const W: usize> {
+    /// The model.
+    pub model: &'a M,
+    /// Parameters where they are not carried.
+    pub parameters: [f64; P],
+    /// What is carried.
+    pub layout: Layout,
+}
+
+impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_, M, N, P, W> {
+    /// Ok when every block lies behind the vehicle's state and within `J`, and `W` is wide enough for what is carried.
+    ///
+    /// # Errors
+    /// The block that does not, or the parameters when `W` has no room for their derivatives.
+    pub fn check<const J: usize>(&self) -> Result<(), EstimatorError> {
+        const { assert!(W == N || W == N + P, "derivatives are N wide, or N + P where parameters are carried") };
+        let small = |n: usize| u8::try_from(n).unwrap_or(u8::MAX);
+        let refuse = |first, size, joint| {
+            Err(EstimatorError::BadLayout { first: small(first), size: small(size), joint: small(joint) })
+        };
+        if self.layout.parameters.is_some() && W != N + P {
+            return refuse(N, P, W);
+        }
+        match self.blocks().find(|(block, size)| block.first < N || block.first.saturating_add(*size) > J) {
+            Some((block, size)) => refuse(block.first, size, J),
+            None => Ok(()),
+        }
+    }
+
+    /// State and parameters as independent variables: lane i for state i, N + j for parameter j if it is carried.
+    fn seeded<const J: usize>(&self, joint: &[f64; J]) -> ([Dual<W>; N], [Dual<W>; P]) {
+        let mut state = [Dual::constant(0.0); N];
+        for (i, (x, &value)) in state.iter_mut().zip(joint).enumerate() {
+            *x = Dual::variable(value, i);
+        }
+        let mut parameters = self.parameters.map(Dual::constant);
+        if let Some(block) = self.layout.parameters {
+            for (j, (alpha, &value)) in parameters.iter_mut().zip(joint.iter().skip(block.first)).enumerate() {
+                *alpha = Dual::variable(value, N + j);
+            }
+        }
+        (state, parameters)
+    }
+
+    /// Derivatives of a model's number by the joint state.
+    fn spread<const J: usize>(&self, of: &Dual<W>) -> [f64; J] {
+        let mut row = [0.0; J];
+        let (states, parameters) = of.partials.split_at(if N < W { N } else { W });
+        row.iter_mut().zip(states).for_each(|(out, p)| *out = *p);
+        if let Some(block) = self.layout.parameters {
+            row.iter_mut().skip(block.first).zip(parameters).for_each(|(out, p)| *out = *p);
+        }
+        row
+    }
+
+    /// One step of the joint state with its derivatives.
+    ///
+    /// # Errors
+    /// The model has no finite value or derivative here.
+    pub fn step<const J: usize>(&self, joint: &[f64; J], step_s: f64) -> Result<Transition<N, J>, EstimatorError> {
+        let (state, parameters) = self.seeded(joint);
+        let moved = self.model.step(&state, &parameters, step_s);
+        let mut transition = Transition { next: *joint, rows: [[0.0; J]; N], persistence: [1.0; J] };
+        for ((row, next), dual) in transition.rows.iter_mut().zip(&mut transition.next).zip(&moved) {
+            *row = self.spread(dual);
+            *next = dual.value;
+        }
+        if let Some((block, scale)) = self.layout.input {
+            for (i, (row, next)) in transition.rows.iter_mut().zip(&mut transition.next).enumerate() {
+                let Some((input, by_input)) = joint.get(block.first + i).zip(row.get_mut(block.first + i)) else {
+                    continue;
+                };
+                *next += scale * input;
+                *by_input = scale;
+            }
+        }
+        for (block, size) in self.blocks() {
+            let fading = transition.next.iter_mut().zip(&mut transition.persistence).skip(block.first).take(size);
+            for (next, persistence) in fading {
+                *persistence = block.persistence;
+                *next *= block.persistence;
+            }
+        }
+        finite(Part::Prediction, &transition.next)?;
+        transition.rows.iter().try_for_each(|row| finite(Part::Transition, row))?;
+        Ok(transition)
+    }
+
+    /// The blocks that are carried, with their sizes.
+    fn blocks(&self) -> impl Iterator<Item = (Block, usize)> {
+        let all =
+            [(self.layout.input.map(|(block, _)| block), N), (self.layout.parameters, P), (self.layout.bias, AXES)];
+        all.into_iter().filter_map(|(block, size)| Some((block?, size)))
+    }
+
+    /// What a measurement should read, with its derivatives.
+    ///
+    /// # Errors
+    /// The measurement has no finite value or derivative here.
+    pub fn see<Z: Measurement<N, P>, const J: usize>(
+        &self,
+        sensor: &Z,
+        joint: &[f64; J],
+    ) -> Result<Seen<J>, EstimatorError> {
+        let (state, parameters) = self.seeded(joint);
+        let dual = sensor.expected(&state, &parameters);
+        let mut seen = Seen { expected: dual.value, row: self.spread(&dual) };
+        if let Some((block, axis)) = self.layout.bias.zip(sensor.bias_axis()) {
+            let at = block.first.saturating_add(axis);
+            if let Some((bias, by_bias)) = joint.get(at).zip(seen.row.get_mut(at)) {
+                seen.expected += bias;
+                *by_bias = 1.0;
+            }
+        }
+        finite(Part::Measurement, &seen.row)?;
+        finite(Part::Measurement, &[seen.expected])?;
+        Ok(seen)
+    }
+}
