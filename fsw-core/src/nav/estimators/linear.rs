@@ -6,7 +6,7 @@
 //! | EKF | x | all [`Gain::Optimal`] |
 //! | SEKF, SEKF-ρ (P1 in its joint form) | x, d | d: [`Gain::Tied`] to its state by 1 or ρ; [`Linear::forget`] d before the start |
 //! | augmented EKF | x, b, α, bias in any selection | all [`Gain::Optimal`] |
-//! | Schmidt's filter [Sch66] | x, b or α | b, α: [`Gain::Considered`] |
+//! | Schmidt's filter (Schmidt 1966) | x, b or α | b, α: [`Gain::Considered`] |
 //!
 //! **Why any gain keeps the covariance sound.** With u = P·h, s = hᵀu + R and any gain g, the covariance after the update is
 //! (I − g hᵀ) P (I − g hᵀ)ᵀ + g R gᵀ = (P − u uᵀ/s) + s (g − u/s)(g − u/s)ᵀ: Joseph's form is the optimal update plus a
