@@ -32,8 +32,11 @@ fn scatter(points: &[Point], misses: &[f64]) -> Figure {
         panels.push(cloud(points, 1.08 * near, 420).named("the inner 95 %"));
     }
     let count = points.len();
-    let sample =
-        if count > super::DRAWN { " Of so many, the outer ones and an even sample of the rest are drawn." } else { "" };
+    let sample = if count > super::DRAWN {
+        " Of so many, the thirty outermost and an even sample of the rest are drawn."
+    } else {
+        ""
+    };
     Figure {
         title: "Deploy points about the target",
         caption: format!(

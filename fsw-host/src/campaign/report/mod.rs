@@ -19,7 +19,9 @@ use crate::report::{Figure, PlotError, Point};
 use hil_sim::scenario::Scenario;
 
 /// Points of one cloud that are drawn at most; of more, the outermost and an even sample of the rest.
-const DRAWN: usize = 2_000;
+const DRAWN: usize = 3_000;
+/// How many are the outermost: so few that where they begin does not look like a ring.
+const OUTERMOST: usize = 30;
 
 /// What a report is made from.
 pub struct Material<'a> {
@@ -71,8 +73,8 @@ fn thinned(points: &[Point], size: impl Fn(&Point) -> f64) -> Vec<Point> {
     }
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|a, b| size(&points[*b]).total_cmp(&size(&points[*a])).then(a.cmp(b)));
-    let (outer, inner) = order.split_at(DRAWN / 2);
-    let every = inner.len().div_ceil(DRAWN / 2);
+    let (outer, inner) = order.split_at(OUTERMOST);
+    let every = inner.len().div_ceil(DRAWN - OUTERMOST);
     let mut inner = inner.to_vec();
     inner.sort_unstable();
     outer.iter().copied().chain(inner.into_iter().step_by(every)).map(|k| points[k]).collect()
@@ -105,7 +107,9 @@ mod tests {
         let points: Vec<Point> = (0..50_000).map(|k| (f64::from(k), 0.0)).collect();
         let drawn = thinned(&points, |p| p.0);
         assert!(drawn.len() <= DRAWN && drawn.len() > DRAWN * 9 / 10);
-        assert!(drawn.contains(&(49_999.0, 0.0)) && drawn.contains(&(49_000.0, 0.0)) && drawn.contains(&(0.0, 0.0)));
+        assert!(drawn.contains(&(49_999.0, 0.0)) && drawn.contains(&(49_971.0, 0.0)) && drawn.contains(&(0.0, 0.0)));
+        let lower_half = drawn.iter().filter(|p| p.0 < 25_000.0).count();
+        assert!(lower_half.abs_diff(drawn.len() / 2) <= OUTERMOST, "an even sample shows the density as it is");
     }
 
     #[test]
