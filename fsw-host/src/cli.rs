@@ -4,7 +4,10 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use fsw_core::link::parameters::NavigationMode;
 
 use crate::campaign::arguments::{MOST_RUNS, threads, whole};
 use crate::study::StudyCommand;
@@ -71,8 +74,8 @@ pub struct Common {
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct Selection {
     /// Navigation algorithm.
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub nav: Option<NavName>,
+    #[arg(long, value_parser = navigation_name(), value_name = "NAME")]
+    pub nav: Option<NavigationMode>,
     /// Guidance algorithm.
     #[arg(long, value_enum, value_name = "NAME")]
     pub guidance: Option<GuidanceName>,
@@ -86,7 +89,7 @@ impl Selection {
     #[must_use]
     pub fn sets(&self, set: &[String]) -> Vec<String> {
         let named = [
-            self.nav.map(|n| format!("navigation.filter={}", n.field_value())),
+            self.nav.map(|n| format!("navigation.filter={}", n.name())),
             self.guidance.map(|g| format!("guidance.mode={}", g.field_value())),
             self.trigger.map(|t| format!("deploy.trigger={}", t.field_value())),
         ];
@@ -97,7 +100,7 @@ impl Selection {
     #[must_use]
     pub fn fly_arguments(&self, scenario: &str, set: &[String]) -> Vec<String> {
         let named = [
-            self.nav.map(|n| format!("--nav {}", n.field_value())),
+            self.nav.map(|n| format!("--nav {}", n.name())),
             self.guidance.map(|g| format!("--guidance {}", g.field_value())),
             self.trigger.map(|t| format!("--trigger {}", t.field_value())),
         ];
@@ -359,27 +362,13 @@ pub enum ScenarioCommand {
     },
 }
 
-/// Navigation algorithms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NavName {
-    /// Error-state extended Kalman filter.
-    Ekf,
-    /// Strapdown alone.
-    DeadReckoning,
-    /// The truth packet, simulation only.
-    Ideal,
-}
-
-impl NavName {
-    /// The name in a scenario file.
-    #[must_use]
-    pub fn field_value(self) -> &'static str {
-        match self {
-            Self::Ekf => "ekf",
-            Self::DeadReckoning => "dead-reckoning",
-            Self::Ideal => "ideal",
-        }
-    }
+/// Names of the navigation algorithms as the command line takes them.
+fn navigation_name() -> impl TypedValueParser<Value = NavigationMode> {
+    let names = NavigationMode::ALL.iter().map(|mode| PossibleValue::new(mode.name()).help(mode.title()));
+    PossibleValuesParser::new(names).map(|name| {
+        let found = NavigationMode::ALL.iter().find(|mode| mode.name() == name);
+        found.copied().unwrap_or_default()
+    })
 }
 
 /// Guidance algorithms.
@@ -523,13 +512,13 @@ mod tests {
         assert!(cli.command.is_none());
         assert_eq!(
             (cli.fly.scenario.as_str(), cli.fly.seed, cli.fly.selection.nav),
-            ("msl-beacon", 7, Some(NavName::DeadReckoning))
+            ("msl-beacon", 7, Some(NavigationMode::DeadReckoning))
         );
     }
 
     #[test]
     fn arguments_for_another_flight_are_quoted_for_a_shell() {
-        let selection = Selection { nav: Some(NavName::Ideal), ..Selection::default() };
+        let selection = Selection { nav: Some(NavigationMode::Ideal), ..Selection::default() };
         let arguments = selection.fly_arguments("my entry.toml", &["a.b=1".into(), "c={d=\"e's\"}".into()]);
         let expected = ["'my entry.toml'", "--set a.b=1", "--set 'c={d=\"e'\\''s\"}'", "--nav ideal"];
         assert_eq!(arguments, expected);

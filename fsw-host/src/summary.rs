@@ -158,6 +158,7 @@ fn milestone_name(kind: &EventKind) -> Option<String> {
         EventKind::ImuLost { .. } => Some("inertial measurements lost".to_owned()),
         EventKind::ImuRecovered { .. } => Some("inertial measurements back".to_owned()),
         EventKind::NavigationInvalid => Some("navigation lost".to_owned()),
+        EventKind::FilterGivenUp { .. } => Some("filter given up".to_owned()),
         EventKind::FrameOverrun { slot, .. } => Some(format!("overrun: {}", slot_name(*slot))),
         EventKind::Restarted(_) => Some("flight computer restarted".to_owned()),
         _ => None,

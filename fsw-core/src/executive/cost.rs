@@ -4,7 +4,7 @@
 //! sees the same numbers. A measured overrun is always counted, but only a real-time flight logs it and acts on it: what a
 //! lock-step flight sends must not depend on the machine. An injected overrun is logged and acted on in any flight.
 
-use super::schedule::{FRAME_BUDGET, SCHEDULE};
+use super::schedule::{FRAME_BUDGET, SCHEDULE, Slot};
 use crate::fault::EventLog;
 use crate::link::packet::{EventKind, Pace, Severity};
 use crate::probe::{MeasuredCost, SLOT_COUNT, SlotId};
@@ -49,7 +49,16 @@ impl CostLedger {
 
     /// Enters the cost of the frame before; an overrun is counted each time and, unless it was measured in lock-step, logged
     /// once a second at most. True when guidance has to shed its work of this frame.
-    pub fn enter(&mut self, now: MissionTime, pace: Pace, cost: &MeasuredCost, log: &mut EventLog) -> bool {
+    ///
+    /// `allowance` is what the mode lets the slot `navigation` cost beyond the schedule.
+    pub fn enter(
+        &mut self,
+        now: MissionTime,
+        pace: Pace,
+        cost: &MeasuredCost,
+        allowance: u32,
+        log: &mut EventLog,
+    ) -> bool {
         let frame = now.frame_index();
         let injected = self.injected_frames > 0;
         self.injected_frames = self.injected_frames.saturating_sub(1);
@@ -58,7 +67,7 @@ impl CostLedger {
         for (spent, worst) in cost.slots.iter().zip(self.worst.iter_mut()) {
             raise(worst, *spent);
         }
-        let Some((slot, cost, budget)) = overrun(cost, injected) else { return false };
+        let Some((slot, cost, budget)) = overrun(cost, injected, allowance) else { return false };
         self.slips = self.slips.saturating_add(1);
         if !injected && pace == Pace::LockStep {
             return false;
@@ -79,14 +88,19 @@ fn raise(worst: &mut u32, spent: u32) {
 
 /// The first slot beyond its budget, or the frame beyond its own: which, cost, budget. An injected overrun is one of
 /// guidance, by as much again as its budget.
-fn overrun(cost: &MeasuredCost, injected: bool) -> Option<(u8, u32, u32)> {
+fn overrun(cost: &MeasuredCost, injected: bool, allowance: u32) -> Option<(u8, u32, u32)> {
+    let frame_budget = FRAME_BUDGET.saturating_add(allowance);
     let spent = |id: SlotId, measured: u32, budget: u32| {
         if injected && id == SlotId::Guidance { budget.saturating_mul(2) } else { measured }
     };
+    let budget = |slot: &Slot| match slot.id {
+        SlotId::Navigation => slot.budget.saturating_add(allowance),
+        _ => slot.budget,
+    };
     let mut slots =
-        SCHEDULE.iter().zip(cost.slots).map(|(slot, c)| (slot.id as u8, spent(slot.id, c, slot.budget), slot.budget));
+        SCHEDULE.iter().zip(cost.slots).map(|(slot, c)| (slot.id as u8, spent(slot.id, c, slot.budget), budget(slot)));
     let slot = slots.find(|(_, cost, budget)| cost > budget);
-    slot.or_else(|| (cost.whole > FRAME_BUDGET).then_some((WHOLE_FRAME, cost.whole, FRAME_BUDGET)))
+    slot.or_else(|| (cost.whole > frame_budget).then_some((WHOLE_FRAME, cost.whole, frame_budget)))
 }
 
 #[cfg(test)]
@@ -94,7 +108,7 @@ mod tests {
     use super::*;
 
     fn enter(ledger: &mut CostLedger, log: &mut EventLog, frame: u32, pace: Pace, cost: &MeasuredCost) -> bool {
-        ledger.enter(MissionTime::of_frame(frame), pace, cost, log)
+        ledger.enter(MissionTime::of_frame(frame), pace, cost, 0, log)
     }
 
     #[test]
@@ -105,6 +119,18 @@ mod tests {
         assert_eq!((shed, ledger.slips), (60, 60));
         assert_eq!(log.last().count(), 2);
         assert_eq!(ledger.worst, [0; SLOT_COUNT], "an injected overrun is no measurement");
+    }
+
+    #[test]
+    fn what_a_mode_allows_its_navigation_is_no_overrun() {
+        let mut cost = MeasuredCost { whole: 200_000, ..MeasuredCost::NONE };
+        cost.slots[SlotId::Navigation as usize] = 120_000;
+        let slips = |allowance| {
+            let (mut ledger, mut log) = (CostLedger::new(), EventLog::new());
+            ledger.enter(MissionTime::of_frame(1), Pace::RealTime, &cost, allowance, &mut log);
+            ledger.slips
+        };
+        assert_eq!((slips(0), slips(100_000)), (1, 0));
     }
 
     #[test]

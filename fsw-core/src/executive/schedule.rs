@@ -1,5 +1,6 @@
 //! The schedule: which slot runs in which minor frame and what it may cost. `const` data, checked by the compiler.
 
+use crate::link::parameters::NavigationMode;
 use crate::probe::{SLOT_COUNT, SlotId};
 use crate::time::FRAMES_PER_SECOND;
 
@@ -47,6 +48,16 @@ pub const SCHEDULE: [Slot; SLOT_COUNT] = [
 
 /// Cost that a whole minor frame may have, instructions on the reference computer.
 pub const FRAME_BUDGET: u32 = 100_000;
+
+/// What the slot `navigation`, and with it the frame, may cost more in a mode: the filters of the papers over the onboard model
+/// are there to be compared, beside the strapdown that goes on as their reserve.
+#[must_use]
+pub const fn navigation_allowance(mode: NavigationMode) -> u32 {
+    match mode {
+        NavigationMode::Ekf | NavigationMode::DeadReckoning | NavigationMode::Ideal => 0,
+        _ => 100_000,
+    }
+}
 
 /// True in the minor frames in which something due `every` frames at `offset` runs.
 #[must_use]

@@ -4,7 +4,7 @@ use super::cost::CostLedger;
 use super::modes::{self, Facts, Thresholds};
 use super::schedule::{
     GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET, HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES,
-    NAV_TELEMETRY_OFFSET, due,
+    NAV_TELEMETRY_OFFSET, due, navigation_allowance,
 };
 use crate::config::Config;
 use crate::control::{self, BankDemand};
@@ -162,7 +162,8 @@ impl Executive {
         probe: &mut impl Probe,
     ) -> Outputs {
         self.frame = now.frame_index();
-        let shed = self.cost.enter(now, self.pace, cost, &mut self.log);
+        let allowance = navigation_allowance(self.config.modes.navigation);
+        let shed = self.cost.enter(now, self.pace, cost, allowance, &mut self.log);
         if !self.armed {
             return Outputs::default();
         }
@@ -187,6 +188,7 @@ impl Executive {
 
         let navigation =
             due(self.frame, NAV_TELEMETRY_FRAMES, NAV_TELEMETRY_OFFSET).then(|| self.navigator.telemetry());
+        let counters = self.navigator.counters();
         let report = FrameReport {
             time: now,
             frame: self.frame,
@@ -194,7 +196,8 @@ impl Executive {
             navigation_valid: estimate.valid,
             rejects: &self.rejects,
             innovations: navigation.as_ref().map(|tlm| &tlm.innovations),
-            covariance_restored: self.navigator.counters().covariance_restored,
+            covariance_restored: counters.covariance_restored,
+            filter_given_up: counters.given_up,
         };
         let verdict = self.monitor.step(&report, &mut self.log);
         self.log_guidance(now, &command);

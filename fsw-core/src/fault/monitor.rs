@@ -1,7 +1,9 @@
 //! Health monitors: each watches one quantity, raises an event on the edge, and is throttled.
 
 use super::EventLog;
-use crate::link::packet::{EventKind, Innovation, MAX_INNOVATIONS, RejectCounters, Severity, Verdict as Fate};
+use crate::link::packet::{
+    EventKind, GivenUpCause, Innovation, MAX_INNOVATIONS, RejectCounters, Severity, Verdict as Fate,
+};
 use crate::time::{FRAMES_PER_SECOND, MissionTime};
 
 /// Throttled warnings are repeated no sooner than this many frames later.
@@ -24,6 +26,8 @@ pub struct FrameReport<'a> {
     pub innovations: Option<&'a [Option<Innovation>; MAX_INNOVATIONS]>,
     /// Covariance restorations so far.
     pub covariance_restored: u16,
+    /// Why a model-based filter was given up, if it was.
+    pub filter_given_up: Option<GivenUpCause>,
 }
 
 /// What the frame is fit for.
@@ -42,6 +46,7 @@ pub struct Monitor {
     reject_event_frame: Option<u32>,
     gate_event_frame: Option<u32>,
     restored_reported: u16,
+    given_up_reported: bool,
 }
 
 impl Monitor {
@@ -55,6 +60,7 @@ impl Monitor {
             reject_event_frame: None,
             gate_event_frame: None,
             restored_reported: 0,
+            given_up_reported: false,
         }
     }
 
@@ -73,6 +79,12 @@ impl Monitor {
             self.restored_reported = report.covariance_restored;
             let kind = EventKind::CovarianceRestored { times: report.covariance_restored };
             log.record(report.time, Severity::Warning, kind);
+        }
+        if let Some(cause) = report.filter_given_up
+            && !self.given_up_reported
+        {
+            self.given_up_reported = true;
+            log.record(report.time, Severity::Fault, EventKind::FilterGivenUp { cause });
         }
         if !report.navigation_valid && !self.navigation_was_invalid {
             log.record(report.time, Severity::Fault, EventKind::NavigationInvalid);
@@ -162,6 +174,7 @@ mod tests {
                 rejects: &self.rejects,
                 innovations: None,
                 covariance_restored: 0,
+                filter_given_up: None,
             };
             self.monitor.step(&report, &mut self.log)
         }

@@ -100,17 +100,47 @@ pub struct Modes {
     pub trigger: TriggerKind,
 }
 
-/// Navigation algorithms.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum NavigationMode {
-    /// Error-state extended Kalman filter around the strapdown solution.
+/// Declares the navigation algorithms with the name that each has in files and on the command line, and a title; so that a new
+/// one is named in one place.
+macro_rules! navigation_modes {
+    ($($(#[$attribute:meta])* $variant:ident = $name:literal, $title:literal;)+) => {
+        /// Navigation algorithms.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, Schema, MaxSize)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub enum NavigationMode {
+            $(#[doc = $title] $(#[$attribute])* $variant,)+
+        }
+
+        impl NavigationMode {
+            /// All, in the order of their numbers on the link.
+            pub const ALL: &[Self] = &[$(Self::$variant,)+];
+
+            /// Its name in scenario files and on the command line.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)+ }
+            }
+
+            /// What it is, in a few words.
+            #[must_use]
+            pub const fn title(self) -> &'static str {
+                match self { $(Self::$variant => $title,)+ }
+            }
+        }
+    };
+}
+
+navigation_modes! {
     #[default]
-    Ekf,
-    /// Strapdown alone.
-    DeadReckoning,
-    /// The truth packet. Simulation only.
-    Ideal,
+    Ekf = "ekf", "Error-state EKF around the strapdown solution";
+    DeadReckoning = "dead-reckoning", "Strapdown alone";
+    Ideal = "ideal", "The truth packet, simulation only";
+    ModelEkf = "model-ekf", "EKF over the onboard model: position and velocity alone";
+    Sekf = "sekf", "Self-calibrating EKF of P1 over the onboard model";
+    SekfRho = "sekf-rho", "Self-calibrating EKF with a share of the gain, fading";
+    AugmentedInput = "augmented-input", "EKF over the onboard model that estimates an unknown input";
+    Augmented = "augmented", "EKF over the onboard model that estimates density, lift and accelerometer bias";
+    Schmidt = "schmidt", "Schmidt's filter: considers density, lift and accelerometer bias";
 }
 
 /// Guidance algorithms.

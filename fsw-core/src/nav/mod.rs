@@ -4,11 +4,13 @@
 //! * [`Estimate`] what it tells the rest. * [`strapdown`] integration of the inertial increments.
 //! * [`filter`] the error-state filter around it: covariance, measurements, corrections.
 //! * [`estimators`] the filters of the papers and those that surpass them, each one kernel over models.
+//! * [`modelled`] those filters in flight, over the onboard model.
 
 mod bridge;
 mod estimate;
 pub mod estimators;
 pub mod filter;
+pub mod modelled;
 mod navigator;
 pub mod strapdown;
 

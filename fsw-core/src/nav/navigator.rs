@@ -2,10 +2,13 @@
 
 use super::bridge::{Bridge, BridgeNoise, Measured, Surroundings};
 use super::estimate::Estimate;
-use super::filter::{Filter, pressure, radio, transition::FrameStep};
+use super::filter::{Filter, Learned, Uncertainty, pressure, radio, transition::FrameStep};
+use super::modelled::design::Design;
+use super::modelled::watch::GivenUp;
+use super::modelled::{Flown, Lent, Modelled};
 use super::strapdown::{Increments, Nominal, StepRecord, Strapdown};
 use crate::frames::{Rot, Vec3};
-use crate::link::packet::{MAX_SOURCES, NavTlm, Truth};
+use crate::link::packet::{GivenUpCause, MAX_SOURCES, NavTlm, Truth};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters, RadioSource};
 use crate::model::OnboardModel;
 use crate::model::orbiter::SourceState;
@@ -39,6 +42,8 @@ pub struct NavCounters {
     pub covariance_restored: u16,
     /// Measurements lost because the queue was full.
     pub queue_overflow: u16,
+    /// Why the model-based filter no longer flies, in a mode that has one.
+    pub given_up: Option<GivenUpCause>,
 }
 
 /// Strapdown, filter and the choice between navigation modes. Built in place once; a copy is a snapshot.
@@ -51,6 +56,9 @@ pub struct Navigator {
     strapdown: Strapdown,
     bridge: Bridge,
     filter: Filter,
+    modelled: Modelled,
+    /// The estimate is that of the model-based filter.
+    on_model: bool,
     sources: [SourceState; MAX_SOURCES],
     estimate: Estimate,
 }
@@ -79,6 +87,8 @@ impl Navigator {
             strapdown: Strapdown::new(),
             bridge: Bridge::NEW,
             filter: Filter::new(),
+            modelled: Modelled::new(),
+            on_model: false,
             sources: [const { SourceState::None }; MAX_SOURCES],
             estimate: Estimate { attitude_bi: Rot::unset(), ..Estimate::none() },
         }
@@ -98,6 +108,11 @@ impl Navigator {
         self.strapdown = Strapdown::new();
         self.bridge = Bridge::default();
         self.filter.start(knowledge, context.parameters);
+        self.on_model = false;
+        if let Some(design) = Design::of(context.mode) {
+            self.modelled.start(&design, knowledge, context.parameters);
+            self.on_model = self.started && self.modelled.given_up().is_none();
+        }
         for (state, source) in self.sources.iter_mut().zip(context.sources) {
             *state = SourceState::new(source, &context.model.planet);
         }
@@ -126,33 +141,44 @@ impl Navigator {
         let planet = &context.model.planet;
         let record = self.strapdown.advance(&mut self.nominal, &increments, FRAME.as_s(), planet);
         probe.kernel_done(Kernel::Strapdown, 1);
-        match (context.mode, batch.truth.as_ref()) {
-            (NavigationMode::Ideal, truth) => {
-                truth.iter().for_each(|(_, truth)| adopt(&mut self.nominal, truth));
-                self.publish(now, context, &increments, &record);
-                truth.iter().for_each(|(_, truth)| self.publish_truth(truth, context));
-            }
-            (NavigationMode::Ekf | NavigationMode::DeadReckoning, _) => {
-                let after = self.nominal;
-                let frame = FrameStep {
-                    before: &before,
-                    after: &after,
-                    increments: &increments,
-                    record: &record,
-                    density_decay: 1.0,
-                    dt_s: FRAME.as_s(),
-                };
-                self.filter.propagate(frame, &bridged, context.parameters, planet);
-                probe.kernel_done(Kernel::FilterPredict, 1);
+        if context.mode == NavigationMode::Ideal {
+            let truth = batch.truth.as_ref();
+            truth.iter().for_each(|(_, truth)| adopt(&mut self.nominal, truth));
+            self.publish(now, context, &increments, &record);
+            truth.iter().for_each(|(_, truth)| self.publish_truth(truth, context));
+        } else {
+            let after = self.nominal;
+            let frame = FrameStep {
+                before: &before,
+                after: &after,
+                increments: &increments,
+                record: &record,
+                density_decay: 1.0,
+                dt_s: FRAME.as_s(),
+            };
+            self.filter.propagate(frame, &bridged, context.parameters, planet);
+            probe.kernel_done(Kernel::FilterPredict, 1);
+            if !self.on_model {
                 self.observe(batch, context);
-                self.filter.work(&mut self.nominal, context.mode, context.parameters, probe);
-                self.publish(now, context, &increments, &record);
-                self.estimate.log_density = self.filter.learned().log_density;
-                self.estimate.log_density_sigma = self.filter.uncertainty().log_density_sigma;
             }
+            self.filter.work(&mut self.nominal, context.mode, context.parameters, probe);
+            if self.on_model {
+                let flown = Flown { before: &before, after: &after, record: &record, bridged: batch.imu.is_none() };
+                self.fly_on_model(&flown, batch, context, probe);
+            }
+            self.publish(now, context, &increments, &record);
         }
         self.estimate.valid = self.usable();
         self.estimate
+    }
+
+    /// The model-based filter's frame; what it says counts until it is given up.
+    fn fly_on_model(&mut self, flown: &Flown<'_>, batch: &Batch, context: &NavContext<'_>, probe: &mut impl Probe) {
+        let Some(design) = Design::of(context.mode) else { return };
+        let lent = Lent { design: &design, model: context.model, parameters: context.parameters };
+        self.modelled.step(flown, batch, &mut self.sources, &lent, probe);
+        self.modelled.compare(&self.nominal, self.filter.uncertainty());
+        self.on_model = self.modelled.given_up().is_none();
     }
 
     /// Hands the measurements of the frame to the filter.
@@ -180,8 +206,8 @@ impl Navigator {
 
     /// The telemetry packet; drains the innovations gathered since the one before.
     pub fn telemetry(&mut self) -> NavTlm {
-        let uncertainty = self.filter.uncertainty();
-        let learned = self.filter.learned();
+        let uncertainty = self.uncertainty();
+        let learned = self.learned();
         let mut packet = NavTlm {
             position_m: self.estimate.r_i.to_array(),
             velocity_mps: self.estimate.v_i.to_array(),
@@ -197,8 +223,35 @@ impl Navigator {
             packet.accelerometer_bias_mps2 = learned.accelerometer_bias_mps2.map(|c| c as f32);
             packet.gyro_bias_radps = learned.gyro_bias_radps.map(|c| c as f32);
         }
-        self.filter.drain(&mut packet.innovations);
+        if self.on_model {
+            for (slot, record) in packet.innovations.iter_mut().zip(self.modelled.innovations().items()) {
+                *slot = Some(*record);
+            }
+            self.modelled.innovations().clear();
+        } else {
+            self.filter.drain(&mut packet.innovations);
+        }
         packet
+    }
+
+    /// How uncertain the estimate is. The attitude is always the strapdown's.
+    fn uncertainty(&self) -> Uncertainty {
+        let strapdown = self.filter.uncertainty();
+        if self.on_model {
+            Uncertainty { attitude_sigma_rad: strapdown.attitude_sigma_rad, ..*self.modelled.uncertainty() }
+        } else {
+            *strapdown
+        }
+    }
+
+    fn learned(&self) -> Learned {
+        if self.on_model { self.modelled.learned() } else { *self.filter.learned() }
+    }
+
+    /// Why the model-based filter no longer flies, in a mode that has one.
+    #[must_use]
+    pub fn given_up(&self) -> Option<GivenUp> {
+        self.modelled.given_up()
     }
 
     /// The last estimate.
@@ -215,6 +268,7 @@ impl Navigator {
             bridged_total: self.bridge.total(),
             covariance_restored: self.filter.restored(),
             queue_overflow: self.filter.overflow(),
+            given_up: self.modelled.given_up().map(|why| why.cause()),
         }
     }
 
@@ -243,10 +297,28 @@ impl Navigator {
     fn publish(&mut self, now: MissionTime, context: &NavContext<'_>, increments: &Increments, record: &StepRecord) {
         let planet = &context.model.planet;
         let per_s = 1.0 / FRAME.as_s();
-        self.estimate.set_trajectory(now, &self.nominal.r_i, &self.nominal.v_i, planet);
+        let (r_i, v_i) = if self.on_model {
+            let [x, y, z, vx, vy, vz] = *self.modelled.state();
+            (Vec3::new(x, y, z), Vec3::new(vx, vy, vz))
+        } else {
+            (self.nominal.r_i, self.nominal.v_i)
+        };
+        self.estimate.set_trajectory(now, &r_i, &v_i, planet);
         self.estimate.attitude_bi = self.nominal.attitude_bi;
         self.estimate.specific_force_b = increments.delta_v_b * per_s;
         self.estimate.set_bank(&(increments.delta_theta_b * per_s), &record.acceleration_i, planet);
+        let (log_density, sigma) = self.log_density(context.parameters);
+        self.estimate.log_density = log_density;
+        self.estimate.log_density_sigma = sigma;
+    }
+
+    /// Log-density and its standard deviation; a filter that knows nothing of it leaves it as it was before the flight.
+    fn log_density(&self, parameters: &NavigationParameters) -> (f64, f64) {
+        if self.on_model {
+            self.modelled.beyond().log_density.unwrap_or((0.0, parameters.log_density_sigma))
+        } else {
+            (self.filter.learned().log_density, self.filter.uncertainty().log_density_sigma)
+        }
     }
 
     /// Mode `ideal`: what the truth packet says beyond position, velocity and attitude. Perfect navigation is not perfect
@@ -264,11 +336,12 @@ impl Navigator {
 
     /// Written so that a standard deviation that is not a number is not certain.
     fn is_certain(&self) -> bool {
-        let uncertainty = self.filter.uncertainty();
+        let strapdown = self.filter.uncertainty();
+        let uncertainty = if self.on_model { self.modelled.uncertainty() } else { strapdown };
         uncertainty.sound
             && uncertainty.position_sigma_m <= MAX_POSITION_SIGMA_M
             && uncertainty.velocity_sigma_mps <= MAX_VELOCITY_SIGMA_MPS
-            && uncertainty.attitude_sigma_rad.iter().all(|sigma| *sigma <= MAX_ATTITUDE_SIGMA_RAD)
+            && strapdown.attitude_sigma_rad.iter().all(|sigma| *sigma <= MAX_ATTITUDE_SIGMA_RAD)
     }
 }
 

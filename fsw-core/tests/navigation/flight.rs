@@ -6,6 +6,7 @@ use fsw_core::link::packet::{Innovation, MAX_SOURCES, MeasurementKind, NavTlm, V
 use fsw_core::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters, RadioSource};
 use fsw_core::model::OnboardModel;
 use fsw_core::model::orbiter::SourceState;
+use fsw_core::nav::modelled::watch::GivenUp;
 use fsw_core::nav::{Estimate, NavContext, NavCounters, Navigator};
 use fsw_core::planet::MARS;
 use fsw_core::sensors::{Batch, ImuIncrement, PressureMeasurement, RadioMeasurement};
@@ -40,6 +41,8 @@ pub struct Outcome {
     pub nees: Vec<f64>,
     pub innovations: Vec<Innovation>,
     pub counters: NavCounters,
+    /// Why a model-based filter was given up, if it was, and when.
+    pub given_up: Option<(f64, GivenUp)>,
     pub estimate: Estimate,
     pub peak_load_mps2: f64,
     pub invalid_frames: u32,
@@ -144,6 +147,7 @@ pub fn fly(case: &Case) -> Outcome {
         nees: vec![],
         innovations: vec![],
         counters: NavCounters::default(),
+        given_up: None,
         estimate: Estimate::default(),
         peak_load_mps2: 0.0,
         invalid_frames: 0,
@@ -205,6 +209,9 @@ pub fn fly(case: &Case) -> Outcome {
         if frame > 1 && dv.norm() > 0.0 && !case.dispersed {
             let rate = (e.bank_rad - bank_before) / DT_S;
             out.worst_bank_rate_error = out.worst_bank_rate_error.max((rate - e.bank_rate_radps).abs());
+        }
+        if out.given_up.is_none() {
+            out.given_up = navigator.given_up().map(|why| (now.as_s(), why));
         }
         out.invalid_frames += u32::from(!e.valid);
         out.estimate = e;

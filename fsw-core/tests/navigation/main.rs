@@ -1,6 +1,7 @@
 //! The navigator against a truth of its own: closure with perfect sensors, consistency and accuracy over dispersed flights.
 
 mod flight;
+mod modelled;
 mod truth;
 
 use flight::{Case, Outcome, default_case, fly};

@@ -81,20 +81,11 @@ fn header(record: &FlightRecord) -> Markup {
                 "seed " b { (record.seed) } " · run " b { (record.run) } " · "
                 @if record.nominal { "nominal, dispersions off" } @else { "dispersed" }
                 @if record.summary.computer.place.contains(':') { " · computer " b { (record.summary.computer.place) } }
-                " · navigation " b { (navigation_name(record)) }
+                " · navigation " b { (record.facts.navigation.title()) }
                 " · " (number(f64::from(summary.frames), 0)) " frames in " (number(summary.wall_s, 2)) " s of wall time"
             }
             p.verdict.(class) role="status" { (verdict) }
         }
-    }
-}
-
-fn navigation_name(record: &FlightRecord) -> &'static str {
-    use fsw_core::link::parameters::NavigationMode;
-    match record.facts.navigation {
-        NavigationMode::Ekf => "error-state EKF",
-        NavigationMode::DeadReckoning => "dead reckoning",
-        NavigationMode::Ideal => "ideal (truth)",
     }
 }
 

@@ -1,6 +1,6 @@
 //! Tables: what happened when, and what the link counted.
 
-use fsw_core::link::packet::{DeployCause, Event, EventKind, RejectCounters, Severity};
+use fsw_core::link::packet::{DeployCause, Event, EventKind, GivenUpCause, RejectCounters, Severity};
 use maud::{Markup, html};
 
 use super::figures::mode_name;
@@ -62,6 +62,16 @@ const fn severity(event: &Event) -> &'static str {
     }
 }
 
+/// Why a filter was given up, in words.
+#[must_use]
+pub fn given_up(cause: GivenUpCause) -> &'static str {
+    match cause {
+        GivenUpCause::Failed => "its numbers failed",
+        GivenUpCause::Lost => "lost by its own account",
+        GivenUpCause::Contradicted => "contradicts dead reckoning",
+    }
+}
+
 /// An event in words.
 fn describe(kind: &EventKind) -> String {
     let f = |value: f32, digits| number(f64::from(value), digits);
@@ -90,6 +100,9 @@ fn describe(kind: &EventKind) -> String {
         EventKind::PacketsRejected { count } => format!("{count} packets rejected"),
         EventKind::TargetUnreachable { miss_m } => {
             format!("target out of reach by {} km with the best bank", f(miss_m * 1e-3, 1))
+        }
+        EventKind::FilterGivenUp { cause } => {
+            format!("filter given up ({}), dead reckoning from here on", given_up(cause))
         }
         EventKind::TargetReachable => "target in reach again".to_owned(),
         EventKind::CovarianceRestored { times } => format!("covariance restored, {times} so far"),

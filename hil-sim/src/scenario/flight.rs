@@ -107,7 +107,7 @@ impl OnboardAtmosphere {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Navigation {
-    /// Algorithm: `ekf`, `dead-reckoning` or `ideal`.
+    /// Algorithm: `ekf`, `dead-reckoning`, `ideal`, or a filter over the onboard model ([`NavigationMode`]).
     #[serde(with = "names::navigation")]
     pub filter: NavigationMode,
     /// Initial position error per axis, 1σ.
@@ -226,10 +226,33 @@ mod names {
     named!(trigger, fsw_core::link::parameters::TriggerKind,
         "speed" => fsw_core::link::parameters::TriggerKind::Speed,
         "range" => fsw_core::link::parameters::TriggerKind::Range);
-    named!(navigation, fsw_core::link::parameters::NavigationMode,
-        "ekf" => fsw_core::link::parameters::NavigationMode::Ekf,
-        "dead-reckoning" => fsw_core::link::parameters::NavigationMode::DeadReckoning,
-        "ideal" => fsw_core::link::parameters::NavigationMode::Ideal);
+    pub mod navigation {
+        use fsw_core::link::parameters::NavigationMode;
+        use serde::de::Error;
+        use serde::{Deserialize, Deserializer, Serializer};
+
+        pub fn serialize<S: Serializer>(mode: &NavigationMode, s: S) -> Result<S::Ok, S::Error> {
+            s.serialize_str(mode.name())
+        }
+
+        pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<NavigationMode, D::Error> {
+            const NAMES: [&str; NavigationMode::ALL.len()] = names();
+            let name = String::deserialize(d)?;
+            let found = NavigationMode::ALL.iter().find(|mode| mode.name() == name);
+            found.copied().ok_or_else(|| D::Error::unknown_variant(&name, &NAMES))
+        }
+
+        const fn names() -> [&'static str; NavigationMode::ALL.len()] {
+            let mut names = [""; NavigationMode::ALL.len()];
+            let mut i = 0;
+            while i < names.len() {
+                names[i] = NavigationMode::ALL[i].name();
+                i += 1;
+            }
+            names
+        }
+    }
+
     named!(guidance, fsw_core::link::parameters::GuidanceMode,
         "paper" => fsw_core::link::parameters::GuidanceMode::Paper,
         "aeroshell" => fsw_core::link::parameters::GuidanceMode::Aeroshell,

@@ -110,6 +110,23 @@ pub enum EventKind {
     Restarted(RestartReport),
     /// The target called unreachable before is in reach again.
     TargetReachable,
+    /// A model-based filter was given up: navigation is dead reckoning from here on.
+    FilterGivenUp {
+        /// Why.
+        cause: GivenUpCause,
+    },
+}
+
+/// Why a model-based filter was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum GivenUpCause {
+    /// A number in it was not finite, or a variance not positive: it could not take a step.
+    Failed,
+    /// It was uncertain of its position or velocity beyond all use.
+    Lost,
+    /// It contradicted dead reckoning by more than both were uncertain of.
+    Contradicted,
 }
 
 /// What the flight computer found in its black box when it started.

@@ -8,7 +8,7 @@ mod telemetry;
 mod uplink;
 
 pub use command::{Command, CommandOutcome, CommandReply, Injection, Pace, Refusal};
-pub use event::{DeployCause, Event, EventKind, RestartReason, RestartReport, Severity};
+pub use event::{DeployCause, Event, EventKind, GivenUpCause, RestartReason, RestartReport, Severity};
 pub use telemetry::{
     Actuator, COVARIANCE_ELEMENTS, CostTlm, CycleOutcome, GuidanceTlm, HealthTlm, Innovation, MAX_INNOVATIONS,
     MeasurementKind, Mode, NavTlm, RejectCounters, Verdict,

@@ -72,6 +72,18 @@ pub struct Uncertainty {
     pub sound: bool,
 }
 
+impl Uncertainty {
+    /// None known, and not sound.
+    pub const NONE: Self = Self {
+        covariance: [0.0; COVARIANCE_ELEMENTS],
+        attitude_sigma_rad: [0.0; 3],
+        log_density_sigma: 0.0,
+        position_sigma_m: 0.0,
+        velocity_sigma_mps: 0.0,
+        sound: false,
+    };
+}
+
 /// The filter and all its work space, used in place.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -116,14 +128,7 @@ impl Filter {
             error: [0.0; ESTIMATED],
             frame: 0,
             learned: Learned { accelerometer_bias_mps2: [0.0; 3], gyro_bias_radps: [0.0; 3], log_density: 0.0 },
-            uncertainty: Uncertainty {
-                covariance: [0.0; COVARIANCE_ELEMENTS],
-                attitude_sigma_rad: [0.0; 3],
-                log_density_sigma: 0.0,
-                position_sigma_m: 0.0,
-                velocity_sigma_mps: 0.0,
-                sound: false,
-            },
+            uncertainty: Uncertainty::NONE,
             innovations: Queue::new(),
             restored: 0,
         }

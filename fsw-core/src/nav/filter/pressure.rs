@@ -34,12 +34,9 @@ pub fn observe(
     let v_rel = nominal.v_i - Vec3::<Inertial>::new(0.0, 0.0, planet.rotation_radps).cross(&nominal.r_i);
     let speed = v_rel.norm();
     let density = model.atmosphere.density(altitude) * exp(log_density);
-    let sound = model.atmosphere.speed_of_sound_mps(altitude);
-    let mach = speed / sound;
-    let (coefficient, slope) = pitot_coefficient(mach);
+    let Pitot { gas_constant_jpkgk, temperature_k, coefficient, mach, slope } = Pitot::at(model, altitude, speed);
     let dynamic = 0.5 * density * speed * speed;
-    let predicted = density * model.atmosphere.gas_constant_jpkgk() * model.atmosphere.temperature_k(altitude)
-        + coefficient * dynamic;
+    let predicted = density * gas_constant_jpkgk * temperature_k + coefficient * dynamic;
 
     let vertical = predicted * model.atmosphere.log_density_slope_pm(altitude) / radius;
     let along = density * (coefficient + 0.5 * mach * slope);
@@ -58,6 +55,39 @@ pub fn observe(
             pressure_offset: 1.0,
         },
         valid: dynamic >= parameters.pressure_min_dynamic_pa,
+    }
+}
+
+/// What turns density and speed into stagnation pressure: p_t = ρ (R T + ½ C_p V²).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pitot {
+    gas_constant_jpkgk: f64,
+    temperature_k: f64,
+    /// C_p,max at this Mach number.
+    pub coefficient: f64,
+    mach: f64,
+    slope: f64,
+}
+
+impl Pitot {
+    /// At an altitude (m) and air-relative speed (m/s) in the onboard model.
+    #[must_use]
+    pub fn at(model: &OnboardModel, altitude_m: f64, speed_mps: f64) -> Self {
+        let mach = speed_mps / model.atmosphere.speed_of_sound_mps(altitude_m);
+        let (coefficient, slope) = pitot_coefficient(mach);
+        Self {
+            gas_constant_jpkgk: model.atmosphere.gas_constant_jpkgk(),
+            temperature_k: model.atmosphere.temperature_k(altitude_m),
+            coefficient,
+            mach,
+            slope,
+        }
+    }
+
+    /// R T, m²/s².
+    #[must_use]
+    pub fn static_square(&self) -> f64 {
+        self.gas_constant_jpkgk * self.temperature_k
     }
 }
 

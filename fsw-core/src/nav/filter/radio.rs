@@ -33,7 +33,7 @@ pub fn observe(
     let range = d.norm();
     let Some(u) = d.unit() else { return unknown };
     let range_rate = u.dot(&w);
-    let valid = elevation_sine(state, &nominal.r_i, &r_s, &u) >= sin(parameters.min_elevation_rad);
+    let valid = is_visible(state, &nominal.r_i, &r_s, &u, parameters);
     [
         Observation {
             kind: MeasurementKind::Range,
@@ -56,6 +56,18 @@ pub fn observe(
             ..blank
         },
     ]
+}
+
+/// True when the source at `r_s` stands high enough above the horizon to be used from `r`; `u` points from source to vehicle.
+#[must_use]
+pub fn is_visible(
+    state: &SourceState,
+    r: &Vec3<Inertial>,
+    r_s: &Vec3<Inertial>,
+    u: &Vec3<Inertial>,
+    parameters: &NavigationParameters,
+) -> bool {
+    elevation_sine(state, r, r_s, u) >= sin(parameters.min_elevation_rad)
 }
 
 /// Sine of the elevation over the horizon of whichever end lies lower: the vehicle for an orbiter, a beacon for itself.

@@ -1,0 +1,64 @@
+//! The papers' filters over the onboard model, on the packets of a truth that the model does not know.
+
+use fsw_core::link::parameters::NavigationMode;
+use fsw_core::nav::modelled::design::Design;
+
+use crate::flight::{Outcome, default_case, fly};
+use crate::{campaign, rms};
+
+/// The filters that move by a model of the air instead of by the accelerometer.
+fn modes() -> impl Iterator<Item = NavigationMode> {
+    NavigationMode::ALL.iter().copied().filter(|mode| Design::of(*mode).is_some())
+}
+
+fn mean_nees(flights: &[Outcome]) -> f64 {
+    let nees: Vec<f64> = flights.iter().flat_map(|o| o.nees.iter().copied()).collect();
+    nees.iter().sum::<f64>() / nees.len() as f64
+}
+
+#[test]
+fn where_the_model_is_the_truth_each_filter_stays_with_it_to_metres() {
+    for mode in modes() {
+        let mut case = default_case(1);
+        (case.mode, case.dispersed) = (mode, false);
+        let o = fly(&case);
+        println!("{}: {:.2} m, {:.4} m/s {:?}", mode.name(), o.position_error_m, o.velocity_error_mps, o.given_up);
+        // With perfect sensors the strapdown that is fallen back upon does no worse.
+        assert!(o.position_error_m < 5.0 && o.velocity_error_mps < 0.02, "{}", mode.name());
+        assert_eq!(o.invalid_frames, 0);
+    }
+}
+
+#[test]
+fn in_air_that_the_model_does_not_know_each_filter_keeps_its_word_or_is_given_up_in_time() {
+    let base = default_case(0);
+    let reckoned = campaign(&base, NavigationMode::DeadReckoning);
+    let reckoned_m = rms(&reckoned, |o| o.position_error_m);
+    for mode in modes() {
+        let flights = campaign(&base, mode);
+        let given_up = flights.iter().filter(|o| o.given_up.is_some()).count();
+        let (r, v) = (rms(&flights, |o| o.position_error_m), rms(&flights, |o| o.velocity_error_mps));
+        let nees = mean_nees(&flights);
+        println!("{}: {r:.0} m, {v:.2} m/s, NEES {nees:.1}, given up {given_up} of {}", mode.name(), flights.len());
+        // Whatever it does, what comes out is finite and valid, and no worse than what its own covariance may still say.
+        assert!(flights.iter().all(|o| o.estimate.r_i.is_finite() && o.estimate.v_i.is_finite()), "{}", mode.name());
+        assert!(flights.iter().all(|o| o.invalid_frames == 0), "{}", mode.name());
+        assert!(nees.is_finite() && r < 20.0 * reckoned_m, "{}: {nees}, {r}", mode.name());
+    }
+}
+
+#[test]
+fn filters_that_know_of_density_and_lift_beat_dead_reckoning_and_know_how_well() {
+    let base = default_case(0);
+    let reckoned = campaign(&base, NavigationMode::DeadReckoning);
+    let (r0, v0) = (rms(&reckoned, |o| o.position_error_m), rms(&reckoned, |o| o.velocity_error_mps));
+    for mode in [NavigationMode::Augmented, NavigationMode::Schmidt] {
+        let flights = campaign(&base, mode);
+        let (r, v) = (rms(&flights, |o| o.position_error_m), rms(&flights, |o| o.velocity_error_mps));
+        let nees = mean_nees(&flights);
+        println!("{}: {r:.0} m, {v:.2} m/s, NEES {nees:.2}; dead reckoning {r0:.0} m, {v0:.2} m/s", mode.name());
+        assert!(flights.iter().all(|o| o.given_up.is_none()));
+        assert!(r < 0.7 * r0 && v < 0.7 * v0, "{}: {r} {v}", mode.name());
+        assert!(nees < 7.0, "{}: {nees}", mode.name());
+    }
+}
