@@ -4,14 +4,18 @@
 //! * [`joint`] from a model to the joint state that a linearised filter estimates: vehicle, unknown input, parameters, sensor
 //!   bias. * [`linear`] the linearised kernel: EKF, SEKF and its ρ variant, augmented EKFs, Schmidt's consider filter. They
 //!   differ in the layout of the joint state and in one [`Gain`](linear::Gain) for each of its components, in nothing else.
+//! * [`bank`] several linearised filters side by side, of which the readings tell which to believe: P3's mixture of experts and
+//!   its rivals. * [`weights`] the rules by which they are believed.
 //!
 //! Covariances are kept as triangular factors, so that no rounding can make them indefinite, and every number that a kernel
 //! would take in is looked at before: a filter that cannot go on says so by an [`EstimatorError`] and keeps its last
 //! sound state. Nothing that is not finite ever comes out.
 
+pub mod bank;
 pub mod joint;
 pub mod linear;
 pub mod models;
+pub mod weights;
 
 /// Why an estimator cannot take a step. What it held before the step is untouched, if the step was refused on its way in.
 #[derive(Clone, Copy, Debug, PartialEq)]
