@@ -38,6 +38,7 @@ use super::{EstimatorError, Part, finite};
 use crate::math::factor::add_column;
 use crate::math::fun::sqrt;
 use crate::math::sqrt_tools::tria;
+use nonlinearity::Spread;
 use points::{Detail, Middle};
 
 /// Which differences count.
@@ -48,8 +49,9 @@ pub enum Order {
     First,
     /// First and second (DDF2).
     Second,
-    /// Second where the degree of nonlinearity of a step or of a batch, measured by its own difference points, is above
-    /// this; first elsewhere (ARDDF).
+    /// Second where the degree of nonlinearity of step and measurements together, as their own difference points show it,
+    /// is above this; first elsewhere (ARDDF). A step goes by its own points and those of the measurements before it, a
+    /// batch by its own and those of the step before it.
     Measured {
         /// Threshold in [0, 1]: 0 is the second order, wherever there is any curvature; 1 the first.
         threshold: f64,
@@ -102,7 +104,7 @@ impl<const N: usize, const P: usize> Settings<N, P> {
 /// What a step or a batch was taken to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Degree {
-    /// Its degree of nonlinearity in [0, 1], by its own difference points: 0 is linear.
+    /// Degree of nonlinearity of step and measurements in [0, 1], as [`Order::Measured`] takes it: 0 is linear.
     pub nonlinearity: f64,
     /// Whether second differences counted.
     pub is_second: bool,
@@ -119,6 +121,9 @@ pub struct Divided<const N: usize, const P: usize> {
     sensitivity: [[f64; N]; P],
     /// ∂(factor)/∂(parameter).
     factor_sensitivity: [SMatrix<f64, N, N>; P],
+    /// Differences of the last step, and of the batches since then.
+    stepped: Spread,
+    seen: Spread,
 }
 
 impl<const N: usize, const P: usize> Divided<N, P> {
@@ -139,8 +144,15 @@ impl<const N: usize, const P: usize> Divided<N, P> {
                 *diagonal = crate::math::num::abs(*sigma);
             }
         }
-        let factor_sensitivity = [SMatrix::zeros(); P];
-        Ok(Self { settings, state, factor, sensitivity: [[0.0; N]; P], factor_sensitivity })
+        Ok(Self {
+            settings,
+            state,
+            factor,
+            sensitivity: [[0.0; N]; P],
+            factor_sensitivity: [SMatrix::zeros(); P],
+            stepped: Spread::default(),
+            seen: Spread::default(),
+        })
     }
 
     /// The estimate.
@@ -207,16 +219,12 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         let map = Stepped { process, step_s };
         let (mut factor, mut second) = (SMatrix::<f64, N, N>::zeros(), SMatrix::<f64, N, N>::zeros());
         let mut half = [SMatrix::zeros(); P];
-        let (middle, degree) = self.differences(
-            &map,
-            |_| Ok(self.settings.units),
-            Part::Prediction,
-            |p, column| {
-                factor.set_column(p, &column.first.into());
-                second.set_column(p, &column.second.into());
-                sensitivity::gather(&mut half, column);
-            },
-        )?;
+        let units = |_: &[f64; N]| Ok(self.settings.units);
+        let (middle, degree, stepped) = self.differences(&map, units, &self.seen, Part::Prediction, |p, column| {
+            factor.set_column(p, &column.first.into());
+            second.set_column(p, &column.second.into());
+            sensitivity::gather(&mut half, column);
+        })?;
         tria(&mut factor);
         add_independent(&mut factor, sigmas);
         if degree.is_second {
@@ -231,19 +239,22 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         self.factor = factor;
         self.state = if degree.is_second { middle.mean } else { middle.centre };
         self.sensitivity = if is_full { middle.mean_by } else { middle.by };
+        (self.stepped, self.seen) = (stepped, Spread::default());
         Ok(degree)
     }
 
-    /// All differences of a map about the estimate, and which of them count; `units` of its results, given the value there.
+    /// All differences of a map about the estimate, and which of them count; `units` of its results, given the value
+    /// there; `others` are differences that are judged with them.
     /// `visit` is told every column; under
     /// [`Order::Measured`] with full sensitivities possibly a second time, then with its derivatives.
     fn differences<F, const O: usize>(
         &self,
         map: &F,
         units: impl Fn(&[f64; O]) -> Result<[f64; O], EstimatorError>,
+        others: &Spread,
         part: Part,
         mut visit: impl FnMut(usize, &points::Column<O, P>),
-    ) -> Result<(Middle<O, P>, Degree), EstimatorError>
+    ) -> Result<(Middle<O, P>, Degree, Spread), EstimatorError>
     where
         F: Map<N, P, O>,
     {
@@ -253,7 +264,8 @@ impl<const N: usize, const P: usize> Divided<N, P> {
             _ => Detail::Middle,
         };
         let mut middle = self.scan(map, wanted, part, &mut visit)?;
-        let nonlinearity = middle.nonlinearity(&units(&middle.centre)?);
+        let spread = middle.spread(&units(&middle.centre)?);
+        let nonlinearity = spread.with(others).nonlinearity();
         let is_second = match self.settings.order {
             Order::First => false,
             Order::Second => true,
@@ -262,7 +274,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         if is_second && self.settings.sensitivities == Sensitivities::Full && wanted != Detail::Everywhere {
             middle = self.scan(map, Detail::Everywhere, part, &mut visit)?;
         }
-        Ok((middle, Degree { nonlinearity, is_second }))
+        Ok((middle, Degree { nonlinearity, is_second }, spread))
     }
 }
 

@@ -16,16 +16,34 @@ const RANKS: [f64; 2] = [1.128_143_65, 0.482_248_21];
 /// 2 (u₁² + u₂²): makes the spread of the samples that of the state.
 const OMEGA: f64 = 2.0 * (RANKS[0] * RANKS[0] + RANKS[1] * RANKS[1]);
 
+/// Sums of squares of first and of second differences, each over its unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spread {
+    first: f64,
+    second: f64,
+}
+
+impl Spread {
+    /// Of both maps, one above the other.
+    pub(super) fn with(&self, other: &Self) -> Self {
+        Self { first: self.first + other.first, second: self.second + other.second }
+    }
+
+    pub(super) fn nonlinearity(&self) -> f64 {
+        ratio(self.second, self.first + self.second)
+    }
+}
+
 impl<const O: usize, const P: usize> Middle<O, P> {
-    /// By the difference points, each result over its unit.
-    pub(super) fn nonlinearity(&self, units: &[f64; O]) -> f64 {
-        let (mut first, mut second) = (0.0, 0.0);
-        for (unit, (one, two)) in units.iter().zip(self.first_square.iter().zip(&self.second_square)) {
+    /// All differences, each result over its unit.
+    pub(super) fn spread(&self, units: &[f64; O]) -> Spread {
+        let mut spread = Spread::default();
+        for (unit, (first, second)) in units.iter().zip(self.first_square.iter().zip(&self.second_square)) {
             let inverse = 1.0 / (unit * unit);
-            first += one * inverse;
-            second += two * inverse;
+            spread.first += first * inverse;
+            spread.second += second * inverse;
         }
-        ratio(second, first + second)
+        spread
     }
 }
 

@@ -10,6 +10,7 @@ use nalgebra::{SMatrix, SVector};
 use super::super::linear::Innovation;
 use super::super::models::{Measurement, Reading};
 use super::super::{EstimatorError, Part, finite};
+use super::nonlinearity::Spread;
 use super::{Degree, Divided, Sensed, Sensitivities, add_columns, sensitivity};
 use crate::math::factor::add_column;
 use crate::math::fun::sqrt;
@@ -136,10 +137,11 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         if count > O {
             return Err(EstimatorError::TooMany { given: count, room: O });
         }
-        let (mut seen, degree) = self.look(readings)?;
+        let (mut seen, degree, spread) = self.look(readings)?;
         let (innovations, factor) = self.judge(&mut seen, gate_sigma)?;
         let gain = self.gain(&seen, &factor);
         self.apply(&seen, &gain, degree)?;
+        self.seen = self.seen.with(&spread);
         Ok(Corrected { degree, innovations, count })
     }
 
@@ -147,24 +149,21 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     pub(super) fn look<Z: Measurement<N, P>, const O: usize>(
         &self,
         readings: &[Reading<Z>],
-    ) -> Result<(Seen<N, P, O>, Degree), EstimatorError> {
+    ) -> Result<(Seen<N, P, O>, Degree, Spread), EstimatorError> {
         let map = Sensed(readings);
         let mut seen = Seen::nothing();
-        let (middle, degree) = self.differences(
-            &map,
-            |expected| deviations(readings, expected),
-            Part::Measurement,
-            |p, column| {
-                for o in 0..O {
-                    seen.first[(o, p)] = column.first[o];
-                    seen.second[(o, p)] = column.second[o];
-                    for j in 0..if column.is_moving { P } else { 0 } {
-                        seen.first_by[j][(o, p)] = column.first_by[j][o];
-                        seen.second_by[j][(o, p)] = column.second_by[j][o];
-                    }
+        let units = |expected: &[f64; O]| deviations(readings, expected);
+        let others = self.stepped.with(&self.seen);
+        let (middle, degree, spread) = self.differences(&map, units, &others, Part::Measurement, |p, column| {
+            for o in 0..O {
+                seen.first[(o, p)] = column.first[o];
+                seen.second[(o, p)] = column.second[o];
+                for j in 0..if column.is_moving { P } else { 0 } {
+                    seen.first_by[j][(o, p)] = column.first_by[j][o];
+                    seen.second_by[j][(o, p)] = column.second_by[j][o];
                 }
-            },
-        )?;
+            }
+        })?;
         if !degree.is_second {
             seen.second = SMatrix::zeros();
         }
@@ -176,7 +175,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
             *innovation = reading.sensor.innovation(reading.value, *expected);
         }
         finite(Part::Measurement, &seen.innovation)?;
-        Ok((seen, degree))
+        Ok((seen, degree, spread))
     }
 
     /// Forgets what lies beyond the gate. Scalar by scalar, each given those before it that were not forgotten.
