@@ -170,6 +170,23 @@ impl<const J: usize> Linear<J> {
         self.check_factor()
     }
 
+    /// Another state, and its factor changed: how a bank makes mixtures.
+    ///
+    /// # Errors
+    /// A number that is not finite: the state is as before then; a covariance that is none says so.
+    pub(super) fn renew(
+        &mut self,
+        state: [f64; J],
+        change: impl FnOnce(&mut SMatrix<f64, J, J>),
+    ) -> Result<(), EstimatorError> {
+        finite(Part::Estimate, &state)?;
+        change(&mut self.factor);
+        self.check_factor()?;
+        self.state = state;
+        self.anchor = state;
+        Ok(())
+    }
+
     /// A covariance that is no number any more becomes one that claims nothing.
     fn check_factor(&mut self) -> Result<(), EstimatorError> {
         let checked = finite(Part::Covariance, self.factor.as_slice());

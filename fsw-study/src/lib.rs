@@ -1,0 +1,18 @@
+//! Engines of the papers' experiments on navigation filters: settings, draws, filters over the kernels of
+//! [`fsw_core::nav::estimators`], statistics. No files and no pages: `fsw-host` has those.
+//!
+//! What every study shares:
+//! * [`settings`] a study's TOML: one sentence for what is wrong in it.
+//! * [`runs`] runs on all threads, taken in their own order: sums do not depend on the number of threads.
+//! * [`track`] what a filter did in one run, [`tally`] and in all of them: RMSE, NEES, divergences, definiteness.
+//! * [`consistency`] normalised error and definiteness of a covariance.
+//! * [`cost`] host time of a step.
+//!
+//! Noise is [`hil_sim::noise::Stream`]: one stream for each (seed, run, purpose).
+
+pub mod consistency;
+pub mod cost;
+pub mod runs;
+pub mod settings;
+pub mod tally;
+pub mod track;

@@ -1,0 +1,85 @@
+//! A study's TOML file: text to settings, and ranges, each with one sentence for what is wrong.
+
+use serde::de::DeserializeOwned;
+
+/// TOML text; the error is one line with the field or the place.
+///
+/// # Errors
+/// It is not TOML, or has a field that is unknown or of another type.
+pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
+        let line = e.span().map_or(1, |span| text.get(..span.start).unwrap_or("").lines().count().max(1));
+        format!("line {line}: {}", e.message().lines().next().unwrap_or("not TOML"))
+    })?;
+    serde_path_to_error::deserialize(table).map_err(|e| {
+        let what = e.inner().message().lines().next().unwrap_or_default().to_owned();
+        if e.path().iter().next().is_none() { what } else { format!("{}: {what}", e.path()) }
+    })
+}
+
+/// Ok for a number from `low` to `high`; not a number is refused.
+///
+/// # Errors
+/// A sentence with the name, the value and the range.
+pub fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), String> {
+    if value >= low && value <= high { Ok(()) } else { Err(format!("{name} is {value}; it must be {low} to {high}")) }
+}
+
+/// [`within`] for whole numbers.
+///
+/// # Errors
+/// As there.
+pub fn whole(name: &str, value: u64, low: u64, high: u64) -> Result<(), String> {
+    if (low..=high).contains(&value) { Ok(()) } else { Err(format!("{name} is {value}; it must be {low} to {high}")) }
+}
+
+/// [`within`] for each of a list, which must not be empty.
+///
+/// # Errors
+/// As there, with the place in the list.
+pub fn each(name: &str, values: &[f64], low: f64, high: f64) -> Result<(), String> {
+    if values.is_empty() {
+        return Err(format!("{name} must hold at least one value"));
+    }
+    values.iter().enumerate().try_for_each(|(at, value)| within(&format!("{name}[{at}]"), *value, low, high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Default, PartialEq, serde::Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    struct Small {
+        part: Part,
+    }
+
+    #[derive(Debug, Default, PartialEq, serde::Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    struct Part {
+        rate_hz: f64,
+    }
+
+    #[test]
+    fn what_is_wrong_is_one_line_with_its_place() {
+        assert_eq!(parse::<Small>("[part]\nrate_hz = 2.0").unwrap().part.rate_hz.to_bits(), 2.0f64.to_bits());
+        for (text, words) in [
+            ("[part]\nrate = 2.0", ["part", "unknown field `rate`"]),
+            ("[part]\nrate_hz = \"fast\"", ["part.rate_hz", "string"]),
+            ("[part]\n\nrate_hz = = 2", ["line 3", ""]),
+        ] {
+            let said = parse::<Small>(text).unwrap_err();
+            assert!(!said.contains('\n') && words.iter().all(|word| said.contains(word)), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_range_refuses_what_is_outside_and_what_is_no_number() {
+        assert!(within("rate_hz", 1.0, 1.0, 2.0).is_ok() && each("sigmas", &[1.0, 2.0], 1.0, 2.0).is_ok());
+        assert_eq!(within("rate_hz", 0.0, 1.0, 2.0).unwrap_err(), "rate_hz is 0; it must be 1 to 2");
+        assert!(within("rate_hz", f64::NAN, 1.0, 2.0).unwrap_err().starts_with("rate_hz is NaN"));
+        assert_eq!(each("sigmas", &[1.0, 3.0], 1.0, 2.0).unwrap_err(), "sigmas[1] is 3; it must be 1 to 2");
+        assert!(each("sigmas", &[], 1.0, 2.0).unwrap_err().contains("at least one"));
+        assert!(whole("runs", 0, 1, 9).is_err());
+    }
+}
