@@ -141,6 +141,19 @@ navigation_modes! {
     AugmentedInput = "augmented-input", "EKF over the onboard model that estimates an unknown input";
     Augmented = "augmented", "EKF over the onboard model that estimates density, lift and accelerometer bias";
     Schmidt = "schmidt", "Schmidt's filter: considers density, lift and accelerometer bias";
+    Ddf1 = "ddf1", "Divided-difference filter of first order";
+    Ddf2 = "ddf2", "Divided-difference filter of second order";
+    Rddf1 = "rddf1", "Desensitized divided-difference filter of first order (P2)";
+    Rddf2 = "rddf2", "Desensitized divided-difference filter of second order (P2)";
+    Rddf2Lite = "rddf2-lite", "The same with sensitivities of first order";
+    Arddf = "arddf", "Desensitized filter whose order follows rank-sampled nonlinearity (P2)";
+    ArddfFree = "arddf-free", "Desensitized filter whose order follows its own points' nonlinearity";
+    Mmae = "mmae", "Seven density models weighed by a mixture-of-experts gating (P3)";
+    MmaeBare = "mmae-bare", "The same without normalised readings; a teaching baseline that fails";
+    MmaeProduct = "mmae-product", "Seven density models, plain product of densities; a teaching baseline that fails";
+    MmaeBayes = "mmae-bayes", "Seven density models, Bayes' rule in logarithms";
+    MmaeAugmented = "mmae-augmented", "Seven experts that estimate density and lift, Bayes' rule";
+    Imm = "imm", "Interacting multiple model of seven densities";
 }
 
 /// Guidance algorithms.

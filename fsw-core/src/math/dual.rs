@@ -46,17 +46,72 @@ impl<const N: usize> Dual<N> {
     /// Chain rule of a function of one argument: its `value` here and its `slope` here.
     #[inline(always)]
     fn chain(self, value: f64, slope: f64) -> Self {
-        Self { value, partials: self.partials.map(|p| slope * p) }
+        let partials = if N > FEW { apart::scaled(&self.partials, slope) } else { scaled(&self.partials, slope) };
+        Self { value, partials }
     }
 
     /// Both partial vectors weighted: `a·∂x + b·∂y`.
     #[inline(always)]
     fn weighted(x: &Self, a: f64, y: &Self, b: f64) -> [f64; N] {
-        let mut partials = [0.0; N];
-        for (out, (p, q)) in partials.iter_mut().zip(x.partials.iter().zip(&y.partials)) {
-            *out = a * p + b * q;
-        }
-        partials
+        let (x, y) = (&x.partials, &y.partials);
+        if N > FEW { apart::weighted(x, a, y, b) } else { weighted(x, a, y, b) }
+    }
+}
+
+/// Up to so many derivatives are worked on where they are needed. More are worked on by a function of their own: inlined
+/// into every operation of a model, they would fill the flight computer's memory and save a tenth of the time.
+const FEW: usize = 3;
+
+#[inline(always)]
+fn scaled<const N: usize>(x: &[f64; N], factor: f64) -> [f64; N] {
+    let mut out = *x;
+    out.iter_mut().for_each(|p| *p *= factor);
+    out
+}
+
+#[inline(always)]
+fn weighted<const N: usize>(x: &[f64; N], a: f64, y: &[f64; N], b: f64) -> [f64; N] {
+    let mut out = [0.0; N];
+    for (out, (p, q)) in out.iter_mut().zip(x.iter().zip(y)) {
+        *out = a * p + b * q;
+    }
+    out
+}
+
+#[inline(always)]
+fn sum<const N: usize>(x: &[f64; N], y: &[f64; N]) -> [f64; N] {
+    let mut out = *x;
+    out.iter_mut().zip(y).for_each(|(p, q)| *p += q);
+    out
+}
+
+#[inline(always)]
+fn difference<const N: usize>(x: &[f64; N], y: &[f64; N]) -> [f64; N] {
+    let mut out = *x;
+    out.iter_mut().zip(y).for_each(|(p, q)| *p -= q);
+    out
+}
+
+/// The same, each once in the program.
+mod apart {
+    #[inline(never)]
+    pub fn scaled<const N: usize>(x: &[f64; N], factor: f64) -> [f64; N] {
+        super::scaled(x, factor)
+    }
+
+    #[inline(never)]
+    pub fn weighted<const N: usize>(x: &[f64; N], a: f64, y: &[f64; N], b: f64) -> [f64; N] {
+        super::weighted(x, a, y, b)
+    }
+
+    #[inline(never)]
+    pub fn sum<const N: usize>(x: &[f64; N], y: &[f64; N]) -> [f64; N] {
+        super::sum(x, y)
+    }
+
+    #[inline(never)]
+    pub fn difference<const N: usize>(x: &[f64; N], y: &[f64; N]) -> [f64; N] {
+        super::difference(x, y)
     }
 }
 
@@ -64,12 +119,8 @@ impl<const N: usize> Add for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let mut sum = self;
-        sum.value += other.value;
-        for (p, q) in sum.partials.iter_mut().zip(&other.partials) {
-            *p += q;
-        }
-        sum
+        let (x, y) = (&self.partials, &other.partials);
+        Self { value: self.value + other.value, partials: if N > FEW { apart::sum(x, y) } else { sum(x, y) } }
     }
 }
 
@@ -77,12 +128,9 @@ impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        let mut difference = self;
-        difference.value -= other.value;
-        for (p, q) in difference.partials.iter_mut().zip(&other.partials) {
-            *p -= q;
-        }
-        difference
+        let (x, y) = (&self.partials, &other.partials);
+        let partials = if N > FEW { apart::difference(x, y) } else { difference(x, y) };
+        Self { value: self.value - other.value, partials }
     }
 }
 

@@ -1,7 +1,8 @@
 //! A covariance kept as its lower triangular factor, P = L·Lᵀ, and changed by one vector at a time: noise added, a scalar
 //! measurement taken in. What is kept cannot become indefinite, whatever is rounded: L·Lᵀ never is.
 //!
-//! All in place, N²-ish operations each; zeros on the diagonal (a state that is known exactly) are welcome.
+//! Each function once for a size, never inlined: what a call costs is little beside its N² operations, and a flight computer
+//! has many callers and little memory. All in place, N²-ish operations each; zeros on the diagonal (a state that is known exactly) are welcome.
 #![allow(
     clippy::indexing_slicing,
     reason = "loop indices are below the const dimension N of the matrices and vectors they index"
@@ -13,6 +14,7 @@ use nalgebra::SMatrix;
 use super::fun::sqrt;
 
 /// Replaces L by the factor of L·Lᵀ + v·vᵀ: one Givens rotation a column.
+#[inline(never)]
 pub fn add_column<const N: usize>(l: &mut SMatrix<f64, N, N>, v: &[f64; N]) {
     let mut v = *v;
     for j in 0..N {
@@ -36,6 +38,7 @@ pub fn add_column<const N: usize>(l: &mut SMatrix<f64, N, N>, v: &[f64; N]) {
 
 /// Lᵀ·h: a row of derivatives in the coordinates in which the covariance is the identity.
 #[must_use]
+#[inline(never)]
 pub fn whitened<const N: usize>(l: &SMatrix<f64, N, N>, h: &[f64; N]) -> [f64; N] {
     let mut f = [0.0; N];
     for j in 0..N {
@@ -52,6 +55,7 @@ pub fn whitened<const N: usize>(l: &SMatrix<f64, N, N>, h: &[f64; N]) -> [f64; N
 /// Carlson's triangular form of Potter's update (Carlson 1973; Bierman 1977, §V.5), from the last column to the first
 /// because the factor is lower triangular. `variance` must be positive; the factor then stays one, without cancellation.
 #[must_use]
+#[inline(never)]
 pub fn reduce<const N: usize>(l: &mut SMatrix<f64, N, N>, f: &[f64; N], variance: f64) -> [f64; N] {
     let mut u = [0.0; N];
     let mut sum = variance;

@@ -14,9 +14,13 @@ const FLIGHTS: u64 = 50;
 const BAND: core::ops::Range<f64> = 1.237..14.449;
 
 fn campaign(base: &Case, mode: NavigationMode) -> Vec<Outcome> {
+    campaign_of(FLIGHTS, base, mode)
+}
+
+fn campaign_of(flights: u64, base: &Case, mode: NavigationMode) -> Vec<Outcome> {
     let mut case = *base;
     case.mode = mode;
-    (1..=FLIGHTS)
+    (1..=flights)
         .map(|seed| {
             case.seed = seed;
             fly(&case)

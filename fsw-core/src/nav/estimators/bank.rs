@@ -83,6 +83,15 @@ pub struct Bank<const J: usize, const K: usize> {
 }
 
 impl<const J: usize, const K: usize> Bank<J, K> {
+    /// No experts, all zero bytes: [`Self::start`] makes it a bank in place, for one does not fit onto a small stack.
+    pub const NONE: Self = Self {
+        experts: [Linear::NONE; K],
+        weights: Weights::NONE,
+        log_densities: [0.0; K],
+        taken: [0; K],
+        fused: Linear::NONE,
+    };
+
     /// Experts before their first reading. Those that `weights` does not know are never looked at.
     ///
     /// # Errors
@@ -93,6 +102,14 @@ impl<const J: usize, const K: usize> Bank<J, K> {
         let mut bank = Self { experts, weights, log_densities: [0.0; K], taken: [0; K], fused };
         bank.fuse()?;
         Ok(bank)
+    }
+
+    /// Becomes a bank of experts that all begin as `first`; [`Self::replace_expert`] makes them differ.
+    pub fn start(&mut self, first: &Linear<J>, weights: Weights<K>) {
+        self.experts.iter_mut().for_each(|expert| expert.clone_from(first));
+        self.fused.clone_from(first);
+        self.weights = weights;
+        (self.log_densities, self.taken) = ([0.0; K], [0; K]);
     }
 
     /// The fused estimate, as [`Self::fuse`] made it last.

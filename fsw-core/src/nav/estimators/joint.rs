@@ -118,6 +118,7 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
     ///
     /// # Errors
     /// The model has no finite value or derivative here.
+    #[inline(never)]
     pub fn step<const J: usize>(&self, joint: &[f64; J], step_s: f64) -> Result<Transition<N, J>, EstimatorError> {
         let (state, parameters) = self.seeded(joint);
         let moved = self.model.step(&state, &parameters, step_s);
@@ -158,6 +159,7 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
     ///
     /// # Errors
     /// The measurement has no finite value or derivative here.
+    #[inline(never)]
     pub fn see<Z: Measurement<N, P>, const J: usize>(
         &self,
         sensor: &Z,

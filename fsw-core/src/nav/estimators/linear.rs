@@ -77,6 +77,14 @@ pub struct Linear<const J: usize> {
 }
 
 impl<const J: usize> Linear<J> {
+    /// Nothing, all zero bytes: stands where no filter has begun yet.
+    pub const NONE: Self = Self {
+        state: [0.0; J],
+        anchor: [0.0; J],
+        factor: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; J]; J])),
+        gains: [Gain::Optimal; J],
+    };
+
     /// A filter that knows `state` to within `sigmas`, uncorrelated; zero is known exactly.
     ///
     /// # Errors
@@ -140,6 +148,7 @@ impl<const J: usize> Linear<J> {
     /// # Errors
     /// The covariance leaves the range of numbers. The state is as before; its covariance says that nothing is known
     /// ([`UNKNOWN`]).
+    #[inline(never)]
     pub fn transport<const N: usize>(&mut self, step: &Transition<N, J>) -> Result<(), EstimatorError> {
         for column in 0..J {
             let before: [f64; J] = core::array::from_fn(|i| self.element(i, column));
@@ -250,6 +259,7 @@ impl<const J: usize> Linear<J> {
     /// # Errors
     /// A number that is not finite, or a variance that is not positive: nothing has changed then. If the corrected estimate
     /// or covariance leaves the range of numbers, the state is as before and the covariance says so.
+    #[inline(never)]
     pub fn absorb(
         &mut self,
         innovation: f64,

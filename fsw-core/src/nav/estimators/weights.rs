@@ -12,6 +12,7 @@
 //! [`WeightError`], at which the last sound weights stay, and every update after it is refused. No weight is ever a NaN.
 
 use crate::math::fun::{exp, ln};
+use crate::slot::Slot;
 
 /// Readings that a gating network looks at: P3's dynamic pressure, three forces, range and range-rate.
 pub const CHANNELS: usize = 6;
@@ -85,10 +86,20 @@ pub struct Weights<const K: usize> {
     /// ln wᵢ; of the bare product, the product itself.
     memory: [f64; K],
     slopes: [Channels; K],
-    failure: Option<WeightError>,
+    failure: Slot<WeightError>,
 }
 
 impl<const K: usize> Weights<K> {
+    /// Of no expert, all zero bytes: stands where no bank has begun yet.
+    pub const NONE: Self = Self {
+        rule: Rule::Gating { rate: 0.0 },
+        present: [false; K],
+        weights: [0.0; K],
+        memory: [0.0; K],
+        slopes: [[0.0; CHANNELS]; K],
+        failure: Slot::Empty,
+    };
+
     /// Equal weights for the first `count` of the `K` experts; the others are not there.
     ///
     /// # Errors
@@ -111,7 +122,7 @@ impl<const K: usize> Weights<K> {
         present.iter_mut().take(count).for_each(|p| *p = true);
         let weights = present.map(|is| if is { share } else { 0.0 });
         let memory = if rule == Rule::BareProduct { weights } else { weights.map(ln) };
-        Ok(Self { rule, present, weights, memory, slopes: [[0.0; CHANNELS]; K], failure: None })
+        Ok(Self { rule, present, weights, memory, slopes: [[0.0; CHANNELS]; K], failure: Slot::Empty })
     }
 
     /// The weights: of experts that are not there, zero.
@@ -129,7 +140,7 @@ impl<const K: usize> Weights<K> {
     /// Why there are no weights any more.
     #[must_use]
     pub const fn failure(&self) -> Option<WeightError> {
-        self.failure
+        self.failure.get().copied()
     }
 
     /// An expert is out for good; the others share its weight in proportion.
@@ -150,7 +161,7 @@ impl<const K: usize> Weights<K> {
             };
         }
         if self.count() == 0 {
-            self.failure = Some(WeightError::NoExpert);
+            self.failure.put(WeightError::NoExpert);
         }
     }
 
@@ -160,13 +171,13 @@ impl<const K: usize> Weights<K> {
     /// # Errors
     /// There are no weights from here on; [`Self::values`] keeps the last ones.
     pub fn update(&mut self, log_densities: &[f64; K], channels: &Channels) -> Result<(), WeightError> {
-        if let Some(failure) = self.failure {
+        if let Some(failure) = self.failure() {
             return Err(failure);
         }
         let outcome = self.after(log_densities, channels);
         match outcome {
             Ok(weights) => self.weights = weights,
-            Err(failure) => self.failure = Some(failure),
+            Err(failure) => self.failure.put(failure),
         }
         outcome.map(|_| ())
     }

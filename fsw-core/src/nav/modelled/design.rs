@@ -3,9 +3,11 @@
 
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
 use crate::math::fun::sqrt;
+use crate::nav::estimators::divided::{Order, Sensitivities};
 use crate::nav::estimators::joint::{Block, Layout};
 use crate::nav::estimators::linear::Gain;
 use crate::nav::estimators::models::AXES;
+use crate::nav::estimators::weights::Rule;
 
 /// Position and velocity.
 pub const STATES: usize = 6;
@@ -13,8 +15,9 @@ pub const STATES: usize = 6;
 pub const PARAMETERS: usize = 2;
 /// With an unknown input in each state.
 pub const WITH_INPUT: usize = 2 * STATES;
-/// With the parameters and a bias of the accelerometer triad.
-pub const WITH_PARAMETERS: usize = STATES + PARAMETERS + AXES;
+/// With the parameters and a bias of the accelerometer triad: eleven. The twelfth is known exactly and does nothing; with it
+/// one kernel of twelve serves both, and 13 KB of flash are saved.
+pub const WITH_PARAMETERS: usize = WITH_INPUT;
 
 /// 1σ of the relative lift error (P2's assumption, and three times what an entry vehicle's aerodynamics are known to).
 pub const LIFT_SIGMA: f64 = 0.10;
@@ -48,7 +51,38 @@ pub enum Family {
     Augmented,
     /// Parameters and bias considered.
     Considered,
+    /// Divided differences, with sensitivities or without.
+    Divided {
+        /// Which differences count.
+        order: Order,
+        /// What is known of the estimate's derivatives by the parameters.
+        sensitivities: Sensitivities,
+        /// The order follows the rank-sampled degree of nonlinearity, second above this.
+        by_ranks: Option<f64>,
+    },
+    /// Experts that each believe in a density of their own.
+    Bank(Rule),
+    /// Experts that estimate the parameters, from different beginnings.
+    AugmentedBank(Rule),
 }
+
+/// Experts of a bank.
+pub const EXPERTS: usize = 7;
+/// Where the experts stand, in standard deviations of the log-density: the cells of a uniform law of the same variance, as
+/// P3's seven between −10 % and 10 %.
+const STANDS: [f64; EXPERTS] = [-1.732_05, -1.039_23, -0.346_41, 0.0, 0.346_41, 1.039_23, 1.732_05];
+/// Share of the whole uncertainty of the log-density that an expert which estimates it begins with.
+const EXPERT_SHARE: f64 = 1.0 / 3.0;
+/// Learning rate of the gating at ten instants a second (P3 gives none; of those tried the best on P3's second scenario).
+const GATING_RATE: f64 = 0.01;
+/// An expert is the right one for so long, on average: 0.999 of the steps, as in P3's comparison.
+const STAY: f64 = 0.999;
+/// Smallest weight of an expert, so that none is out for good while the air changes.
+const FLOOR: f64 = 1e-3;
+/// Degrees of nonlinearity above which second differences count.
+const RANK_THRESHOLD: f64 = 5e-3;
+/// The same, from the filter's own points.
+const FREE_THRESHOLD: f64 = 2e-5;
 
 /// A filter of the papers in flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,11 +107,28 @@ impl Design {
             NavigationMode::AugmentedInput => Family::Input,
             NavigationMode::Augmented => Family::Augmented,
             NavigationMode::Schmidt => Family::Considered,
+            NavigationMode::Ddf1 => divided(Order::First, Sensitivities::None, None),
+            NavigationMode::Ddf2 => divided(Order::Second, Sensitivities::None, None),
+            NavigationMode::Rddf1 => divided(Order::First, Sensitivities::First, None),
+            NavigationMode::Rddf2 => divided(Order::Second, Sensitivities::Full, None),
+            NavigationMode::Rddf2Lite => divided(Order::Second, Sensitivities::First, None),
+            NavigationMode::Arddf => divided(Order::First, Sensitivities::Full, Some(RANK_THRESHOLD)),
+            NavigationMode::ArddfFree => {
+                divided(Order::Measured { threshold: FREE_THRESHOLD }, Sensitivities::First, None)
+            }
+            NavigationMode::Mmae => Family::Bank(Rule::Gating { rate: GATING_RATE }),
+            NavigationMode::MmaeBare => Family::Bank(Rule::BareGating { rate: GATING_RATE }),
+            NavigationMode::MmaeProduct => Family::Bank(Rule::BareProduct),
+            NavigationMode::MmaeBayes => Family::Bank(Rule::Bayes { floor: FLOOR }),
+            NavigationMode::Imm => Family::Bank(Rule::Switching { stay: STAY }),
+            NavigationMode::MmaeAugmented => Family::AugmentedBank(Rule::Bayes { floor: FLOOR }),
         };
         let (reading_share, path_share) = match family {
             Family::Plain | Family::Input => (UNMODELLED_SHARE, UNMODELLED_SHARE),
             Family::Tied(_) => (CALIBRATED_SHARE, CALIBRATED_SHARE),
-            Family::Augmented | Family::Considered => (MODELLED_SHARE, MODELLED_SHARE),
+            Family::Divided { sensitivities: Sensitivities::None, .. } => (UNMODELLED_SHARE, UNMODELLED_SHARE),
+            Family::Divided { .. } | Family::Bank(_) => (CALIBRATED_SHARE, CALIBRATED_SHARE),
+            Family::Augmented | Family::Considered | Family::AugmentedBank(_) => (MODELLED_SHARE, MODELLED_SHARE),
         };
         Some(Self { family, reading_share, path_share })
     }
@@ -86,7 +137,7 @@ impl Design {
     #[must_use]
     pub fn layout(&self, step_s: f64, persistence: f64) -> Layout {
         match self.family {
-            Family::Plain => Layout::default(),
+            Family::Plain | Family::Divided { .. } | Family::Bank(_) => Layout::default(),
             Family::Tied(_) | Family::Input => {
                 let persistence = match self.family {
                     Family::Tied(share) if share < 1.0 => 1.0 - step_s / FADE_S,
@@ -94,7 +145,7 @@ impl Design {
                 };
                 Layout { input: Some((Block { first: STATES, persistence }, step_s)), ..Layout::default() }
             }
-            Family::Augmented | Family::Considered => Layout {
+            Family::Augmented | Family::Considered | Family::AugmentedBank(_) => Layout {
                 parameters: Some(Block { first: STATES, persistence }),
                 bias: Some(Block::constant(STATES + PARAMETERS)),
                 ..Layout::default()
@@ -102,16 +153,22 @@ impl Design {
         }
     }
 
+    /// Whether the filter estimates, or considers, density, lift and accelerometer bias.
+    #[must_use]
+    pub const fn carries_parameters(&self) -> bool {
+        matches!(self.family, Family::Augmented | Family::Considered | Family::AugmentedBank(_))
+    }
+
     /// Initial standard deviations of the joint state.
     #[must_use]
     pub fn sigmas<const J: usize>(&self, knowledge: &InitialKnowledge, parameters: &NavigationParameters) -> [f64; J] {
         let (r, v) = (knowledge.position_sigma_m, knowledge.velocity_sigma_mps);
-        let carries_parameters = matches!(self.family, Family::Augmented | Family::Considered);
+        let carries_parameters = self.carries_parameters();
         let bias = parameters.accelerometer_bias_sigma_mps2;
         let beyond = if carries_parameters {
             [parameters.log_density_sigma, LIFT_SIGMA, bias, bias, bias]
         } else {
-            [0.0; WITH_PARAMETERS - STATES]
+            [0.0; PARAMETERS + AXES]
         };
         let all = [r, r, r, v, v, v].into_iter().chain(beyond);
         let mut sigmas = [0.0; J];
@@ -126,7 +183,7 @@ impl Design {
             _ if i < STATES => Gain::Optimal,
             Family::Tied(share) => Gain::Tied { to: i - STATES, factor: share / CALIBRATION_S },
             Family::Considered => Gain::Considered,
-            Family::Plain | Family::Input | Family::Augmented => Gain::Optimal,
+            _ => Gain::Optimal,
         })
     }
 
@@ -145,12 +202,12 @@ impl Design {
         noise.iter_mut().skip(AXES).take(AXES).for_each(|sigma| *sigma = velocity);
         let beyond = noise.iter_mut().skip(STATES);
         match self.family {
-            Family::Plain | Family::Tied(_) => {}
+            Family::Plain | Family::Tied(_) | Family::Divided { .. } | Family::Bank(_) => {}
             Family::Input => {
                 let root_step = sqrt(step_s);
                 beyond.zip(INPUT_GROWTH).for_each(|(sigma, growth)| *sigma = growth * root_step);
             }
-            Family::Augmented | Family::Considered => {
+            Family::Augmented | Family::Considered | Family::AugmentedBank(_) => {
                 let renewed = sqrt(1.0 - persistence * persistence);
                 let sigmas = [parameters.log_density_sigma, LIFT_SIGMA];
                 beyond.zip(sigmas).for_each(|(sigma, whole)| *sigma = whole * renewed);
@@ -163,12 +220,25 @@ impl Design {
     #[must_use]
     pub fn force_reading_sigma(&self, length_s: f64, force_mps2: f64, parameters: &NavigationParameters) -> f64 {
         let (white, model) = (parameters.accelerometer_noise, self.reading_share * force_mps2);
-        let bias = match self.family {
-            Family::Augmented | Family::Considered => 0.0,
-            _ => parameters.accelerometer_bias_sigma_mps2,
-        };
+        let bias = if self.carries_parameters() { 0.0 } else { parameters.accelerometer_bias_sigma_mps2 };
         sqrt((white * white + as_white(model * model + bias * bias)) / length_s)
     }
+}
+
+const fn divided(order: Order, sensitivities: Sensitivities, by_ranks: Option<f64>) -> Family {
+    Family::Divided { order, sensitivities, by_ranks }
+}
+
+/// Parameters of an expert that believes in a density of its own.
+#[must_use]
+pub fn expert_parameters(expert: usize, parameters: &NavigationParameters) -> [f64; PARAMETERS] {
+    [STANDS.get(expert).copied().unwrap_or(0.0) * parameters.log_density_sigma, 0.0]
+}
+
+/// 1σ of the log-density about an expert's beginning.
+#[must_use]
+pub fn expert_sigma(parameters: &NavigationParameters) -> f64 {
+    EXPERT_SHARE * parameters.log_density_sigma
 }
 
 /// White noise density that does to an average what an error of this variance does that keeps its sign for

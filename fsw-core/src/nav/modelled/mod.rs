@@ -14,14 +14,14 @@ pub mod engine;
 pub mod watch;
 pub mod window;
 
-use design::{Design, STATES, as_white};
-use engine::{Beyond, Engine, Step};
+use design::{Design, EXPERTS, STATES, as_white};
+use engine::{BATCH, Beyond, Engine, Step};
 use watch::{GivenUp, Watch};
-use window::{Sight, Window};
+use window::{MAX_SIGHTS, Sight, Window};
 
 use super::filter::measurement::Queue;
 use super::filter::pressure::Pitot;
-use super::filter::{FRAMES_PER_EPOCH, Learned, UPDATES_PER_FRAME, Uncertainty, radio};
+use super::filter::{FRAMES_PER_EPOCH, Learned, Uncertainty, radio};
 use super::strapdown::{Nominal, StepRecord};
 use crate::frames::{Inertial, Vec3, bank_from_attitude};
 use crate::link::packet::{Innovation, MeasurementKind, Verdict};
@@ -30,14 +30,24 @@ use crate::math::fun::{exp, ln, sin_cos, sqrt};
 use crate::math::num::{abs, all_finite, max};
 use crate::model::OnboardModel;
 use crate::model::orbiter::SourceState;
-use crate::nav::estimators::EstimatorError;
-use crate::nav::estimators::models::{AXES, Earlier, Noise, Onboard, Process, Quantity};
+use crate::nav::estimators::models::{AXES, Noise, Onboard, Process, Quantity};
+use crate::nav::estimators::weights::{Channels, Rule};
 use crate::probe::{Kernel, Probe};
 use crate::sensors::Batch;
 use crate::time::{FRAME, MissionTime};
 
 /// Epochs before the input of a self-calibrating filter is at work: 20 s, after the first pull-in (P1 starts at the third).
 const CALIBRATION_EPOCHS: u16 = 200;
+/// Readings taken in in the third frame of a window; the rest in the fourth.
+const EARLY_SIGHTS: usize = 2 * BATCH;
+/// Experts of a bank worked on in one frame, and the frames that takes.
+const EXPERTS_PER_FRAME: usize = 2;
+/// Of a window; the last frame is for the fusion.
+const FRAMES_OF_EXPERTS: usize = EXPERTS.div_ceil(EXPERTS_PER_FRAME);
+/// The expert whose innovations are told: it believes in the onboard model.
+const MIDDLE_EXPERT: usize = EXPERTS / 2;
+/// P3's units of dynamic pressure (Pa), acceleration (m/s²), range (m) and range-rate (m/s).
+const CHANNEL_UNITS: Channels = [636.0, 3.711, 3.711, 3.711, 3_389_500.0, 3_546.6];
 /// Time between epochs, s; pressure comes as often.
 const EPOCH_S: f64 = 0.1;
 /// White noise that a pressure reading has at least, as a share: no transducer and no pitot formula is exact.
@@ -93,7 +103,7 @@ impl Modelled {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            engine: Engine::Empty,
+            engine: Engine::NONE,
             window: Window::new(),
             job: Window::new(),
             acceleration_mps2: [0.0; AXES],
@@ -121,7 +131,7 @@ impl Modelled {
         (self.frame, self.epochs) = (0, 0);
         let started = self.engine.start(design, &self.now, knowledge, parameters);
         self.judge(started);
-        self.publish();
+        self.publish(design, parameters);
     }
 
     /// Why the filter no longer flies, if it does not.
@@ -281,7 +291,7 @@ impl Modelled {
     }
 
     /// This frame's part of the work on the window before.
-    fn slice(&mut self, lent: &Lent<'_>, probe: &mut impl Probe) -> Result<(), EstimatorError> {
+    fn slice(&mut self, lent: &Lent<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
         let length_s = self.job.length_s();
         if length_s <= 0.0 || self.given_up().is_some() {
             return Ok(());
@@ -298,58 +308,118 @@ impl Modelled {
             force_mps2: self.job.force_mps2(),
             persistence,
         };
+        if self.engine.experts() > 0 {
+            return self.work_on_bank(&step, probe);
+        }
         match self.frame {
             0 => {
                 if self.epochs < CALIBRATION_EPOCHS && matches!(lent.design.family, design::Family::Tied(_)) {
                     self.engine.forget_input();
                 }
-                self.engine.predict(&step)?;
-                self.acceleration_mps2 = vehicle.total_acceleration(&self.engine.state(), &self.path_parameters());
-                probe.kernel_done(Kernel::FilterPredict, 1);
+                self.predict(&step, probe)?;
             }
             1 => self.correct_by_force(&step, probe)?,
-            2 => self.correct_some(0, &step, probe)?,
-            3 => self.correct_some(UPDATES_PER_FRAME, &step, probe)?,
-            _ => {
-                self.epochs = self.epochs.saturating_add(1);
-                self.publish();
-            }
+            2 => self.correct_some(0, EARLY_SIGHTS, &step, true, probe)?,
+            3 => self.correct_some(EARLY_SIGHTS, MAX_SIGHTS, &step, true, probe)?,
+            _ => self.finish(lent),
         }
         Ok(())
     }
 
-    fn correct_by_force(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), EstimatorError> {
-        let Some(force) = self.job.specific_force_mps2() else { return Ok(()) };
+    /// A bank of filters: some experts in each frame but the last, one after the other from prediction to last reading.
+    fn work_on_bank(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
+        let frame = usize::from(self.frame);
+        if frame >= FRAMES_OF_EXPERTS {
+            self.engine.fuse()?;
+            self.epochs = self.epochs.saturating_add(1);
+            self.publish(step.design, step.parameters);
+            return Ok(());
+        }
+        let first = frame * EXPERTS_PER_FRAME;
+        for expert in first..first + EXPERTS_PER_FRAME {
+            if expert < self.engine.experts() {
+                self.engine.turn_to(expert);
+                self.predict(step, probe)?;
+                self.correct_by_force(step, probe)?;
+                self.correct_some(0, MAX_SIGHTS, step, expert == MIDDLE_EXPERT, probe)?;
+            }
+        }
+        if frame + 1 == FRAMES_OF_EXPERTS {
+            self.engine.weigh(&self.channels(step.design))?;
+        }
+        Ok(())
+    }
+
+    /// The readings of the window as a gating network sees them: P3 brings them to order one, and the bare form does not.
+    fn channels(&self, design: &Design) -> Channels {
+        let [fx, fy, fz] = self.job.specific_force_mps2().unwrap_or([0.0; AXES]);
+        let value = |kind| self.job.sights.items().iter().find(|sight| sight.kind == kind).map_or(0.0, |s| s.value);
+        let pressure = self.job.sights.items().iter().find(|sight| sight.kind == MeasurementKind::Pressure);
+        let pressure_pa = pressure.map_or(0.0, |sight| exp(sight.value));
+        let raw = [pressure_pa, fx, fy, fz, value(MeasurementKind::Range), value(MeasurementKind::RangeRate)];
+        if matches!(design.family, design::Family::Bank(Rule::BareGating { .. })) {
+            return raw;
+        }
+        let mut scaled = raw;
+        scaled.iter_mut().zip(CHANNEL_UNITS).for_each(|(channel, unit)| *channel /= unit);
+        scaled
+    }
+
+    fn predict(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
+        self.engine.predict(step)?;
+        self.acceleration_mps2 = step.vehicle.total_acceleration(&self.engine.working_state(), &self.path_parameters());
+        probe.kernel_done(Kernel::FilterPredict, 1);
+        Ok(())
+    }
+
+    fn correct_by_force(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
+        let Some([x, y, z]) = self.job.specific_force_mps2() else { return Ok(()) };
         let sigma = step.design.force_reading_sigma(step.step_s, step.force_mps2, step.parameters);
-        let age_s = 0.5 * step.step_s;
-        let earlier = Earlier { vehicle: step.vehicle, age_s, acceleration_mps2: self.acceleration_mps2 };
-        for (axis, &value) in force.iter().enumerate() {
-            let sight = Sight {
-                time: MissionTime::ZERO,
-                kind: MeasurementKind::default(),
-                source: 0,
-                quantity: Quantity::SpecificForce { axis },
-                noise: Noise::of(sigma),
-                value,
-                age_s,
-            };
-            self.engine.correct(step, &earlier, &sight, step.parameters.gate_sigma)?;
-            probe.kernel_done(Kernel::FilterUpdate, 1);
+        let sight = |axis, value| Sight {
+            time: MissionTime::ZERO,
+            kind: MeasurementKind::default(),
+            source: 0,
+            quantity: Quantity::SpecificForce { axis },
+            noise: Noise::of(sigma),
+            value,
+            age_s: 0.5 * step.step_s,
+        };
+        let sights = [sight(0, x), sight(1, y), sight(2, z)];
+        self.engine.correct(step, &sights, &self.acceleration_mps2, step.parameters.gate_sigma)?;
+        probe.kernel_done(Kernel::FilterUpdate, AXES as u32);
+        Ok(())
+    }
+
+    /// Radio and pressure from index `first` up to `end`, in batches.
+    fn correct_some(
+        &mut self,
+        first: usize,
+        end: usize,
+        step: &Step<'_>,
+        is_told: bool,
+        probe: &mut impl Probe,
+    ) -> Result<(), GivenUp> {
+        let Self { engine, job, innovations, acceleration_mps2, .. } = self;
+        let sights = job.sights.items();
+        let some = sights.get(first..).unwrap_or_default();
+        let some = some.get(..end.saturating_sub(first)).unwrap_or(some);
+        for batch in some.chunks(BATCH) {
+            let told = engine.correct(step, batch, acceleration_mps2, step.parameters.gate_sigma)?;
+            for (sight, told) in batch.iter().zip(told.iter().flatten()) {
+                if is_told {
+                    let verdict = if told.used { Verdict::Used } else { Verdict::Gated };
+                    innovations.push(sight.record(told.value, told.variance, verdict));
+                }
+                probe.kernel_done(Kernel::FilterUpdate, 1);
+            }
         }
         Ok(())
     }
 
-    fn correct_some(&mut self, first: usize, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), EstimatorError> {
-        for sight in self.job.sights.items().iter().skip(first).take(UPDATES_PER_FRAME) {
-            let earlier =
-                Earlier { vehicle: step.vehicle, age_s: sight.age_s, acceleration_mps2: self.acceleration_mps2 };
-            if let Some(told) = self.engine.correct(step, &earlier, sight, step.parameters.gate_sigma)? {
-                let verdict = if told.used { Verdict::Used } else { Verdict::Gated };
-                self.innovations.push(sight.record(told.value, told.variance, verdict));
-            }
-            probe.kernel_done(Kernel::FilterUpdate, 1);
-        }
-        Ok(())
+    /// The work on a window is done.
+    fn finish(&mut self, lent: &Lent<'_>) {
+        self.epochs = self.epochs.saturating_add(1);
+        self.publish(lent.design, lent.parameters);
     }
 
     /// Ends the window: what was found of the one before is carried to the present.
@@ -363,9 +433,9 @@ impl Modelled {
         core::mem::swap(&mut self.window, &mut self.job);
     }
 
-    fn judge(&mut self, done: Result<(), EstimatorError>) {
-        if let Err(error) = done {
-            self.watch.failed(error);
+    fn judge(&mut self, done: Result<(), GivenUp>) {
+        if let Err(why) = done {
+            self.watch.failed(why);
         }
         if !all_finite(&self.now) {
             self.watch.run_away();
@@ -379,8 +449,8 @@ impl Modelled {
         }
     }
 
-    fn publish(&mut self) {
-        self.beyond = self.engine.beyond();
+    fn publish(&mut self, design: &Design, parameters: &NavigationParameters) {
+        self.beyond = self.engine.beyond(design, parameters);
         let engine = &self.engine;
         let sigma = |i: usize| sqrt(max(engine.covariance(i, i), 0.0));
         let lower = (0..STATES).flat_map(|i| (0..=i).map(move |j| (i, j)));

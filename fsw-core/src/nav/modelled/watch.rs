@@ -10,6 +10,8 @@ use crate::link::packet::GivenUpCause;
 use crate::math::fun::sqrt;
 use crate::math::num::{abs, max};
 use crate::nav::estimators::EstimatorError;
+use crate::nav::estimators::bank::BankError;
+use crate::nav::estimators::weights::WeightError;
 use crate::nav::filter::Uncertainty;
 use crate::nav::strapdown::Nominal;
 use crate::nav::{MAX_POSITION_SIGMA_M, MAX_VELOCITY_SIGMA_MPS};
@@ -26,12 +28,30 @@ const LASTING_EPOCHS: u16 = 10;
 pub enum GivenUp {
     /// It could not take a step.
     Failed(EstimatorError),
+    /// The experts of its bank are not to be weighed any more.
+    NoWeights(WeightError),
     /// Its trajectory left the range of numbers.
     RanAway,
     /// It is uncertain of its position or velocity beyond all use: as many times the largest standard deviation of a valid estimate.
     Lost(f64),
     /// It contradicts dead reckoning by this many standard deviations.
     Contradicted(f64),
+}
+
+impl From<EstimatorError> for GivenUp {
+    fn from(error: EstimatorError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl From<BankError> for GivenUp {
+    fn from(error: BankError) -> Self {
+        match error {
+            BankError::Absent { .. } => Self::NoWeights(WeightError::NoExpert),
+            BankError::Weights(error) => Self::NoWeights(error),
+            BankError::Expert { error, .. } | BankError::Fused(error) => Self::Failed(error),
+        }
+    }
 }
 
 /// The verdict so far.
@@ -46,7 +66,7 @@ impl GivenUp {
     #[must_use]
     pub const fn cause(&self) -> GivenUpCause {
         match self {
-            Self::Failed(_) | Self::RanAway => GivenUpCause::Failed,
+            Self::Failed(_) | Self::NoWeights(_) | Self::RanAway => GivenUpCause::Failed,
             Self::Lost(_) => GivenUpCause::Lost,
             Self::Contradicted(_) => GivenUpCause::Contradicted,
         }
@@ -73,8 +93,8 @@ impl Watch {
     }
 
     /// The filter could not take a step.
-    pub fn failed(&mut self, error: EstimatorError) {
-        self.give_up(GivenUp::Failed(error));
+    pub fn failed(&mut self, why: GivenUp) {
+        self.give_up(why);
     }
 
     /// Its trajectory is no number any more.
@@ -149,7 +169,7 @@ mod tests {
     #[test]
     fn the_first_reason_stays() {
         let mut watch = Watch::new();
-        watch.failed(EstimatorError::BadVariance(-1.0));
+        watch.failed(GivenUp::Failed(EstimatorError::BadVariance(-1.0)));
         watch.run_away();
         assert_eq!(watch.given_up(), Some(GivenUp::Failed(EstimatorError::BadVariance(-1.0))));
     }

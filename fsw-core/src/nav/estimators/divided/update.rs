@@ -87,6 +87,7 @@ impl<const N: usize, const P: usize, const O: usize> Seen<N, P, O> {
     }
 
     /// Lower triangular C with C Cᵀ = T1 T1ᵀ + T2 T2ᵀ + γ W γᵀ + R, never formed by a subtraction.
+    #[inline(never)]
     fn innovation_factor(&self, weights: &[f64; P]) -> SMatrix<f64, O, O> {
         let mut factor = SMatrix::zeros();
         for i in 0..O {
@@ -115,6 +116,38 @@ fn deviations<Z: Measurement<N, P>, const N: usize, const P: usize, const O: usi
         *deviation = sqrt(variance);
     }
     Ok(deviations)
+}
+
+/// A − G B. Like [`add_outer`] once in the program, where products written as such would be unrolled at each place.
+#[inline(never)]
+fn less_product<const N: usize, const O: usize, const C: usize>(
+    a: &SMatrix<f64, N, C>,
+    gain: &SMatrix<f64, N, O>,
+    b: &SMatrix<f64, O, C>,
+) -> SMatrix<f64, N, C> {
+    let mut out = *a;
+    for c in 0..C {
+        for o in 0..O {
+            let weight = b[(o, c)];
+            for i in 0..N {
+                out[(i, c)] -= gain[(i, o)] * weight;
+            }
+        }
+    }
+    out
+}
+
+/// M + A Bᵀ.
+#[inline(never)]
+fn add_outer<const N: usize>(m: &mut SMatrix<f64, N, N>, a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>) {
+    for k in 0..N {
+        for p in 0..N {
+            let weight = b[(k, p)];
+            for i in 0..N {
+                m[(i, k)] += a[(i, p)] * weight;
+            }
+        }
+    }
 }
 
 const fn zeros<const R: usize, const C: usize>() -> SMatrix<f64, R, C> {
@@ -146,6 +179,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     }
 
     /// Differences of what is expected about the prediction.
+    #[inline(never)]
     pub(super) fn look<Z: Measurement<N, P>, const O: usize>(
         &self,
         readings: &[Reading<Z>],
@@ -179,6 +213,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     }
 
     /// Forgets what lies beyond the gate. Scalar by scalar, each given those before it that were not forgotten.
+    #[inline(never)]
     pub(super) fn judge<const O: usize>(
         &self,
         seen: &mut Seen<N, P, O>,
@@ -210,6 +245,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     }
 
     /// K = (Pxy + S W γᵀ)(Pyy + γ W γᵀ)⁻¹, P2 eq. 43: the minimum of tr(P + S W Sᵀ).
+    #[inline(never)]
     pub(super) fn gain<const O: usize>(&self, seen: &Seen<N, P, O>, factor: &SMatrix<f64, O, O>) -> SMatrix<f64, N, O> {
         let mut gain = SMatrix::zeros();
         for i in 0..N {
@@ -232,6 +268,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     }
 
     /// Corrects estimate, factor and sensitivities by any gain.
+    #[inline(never)]
     pub(super) fn apply<const O: usize>(
         &mut self,
         seen: &Seen<N, P, O>,
@@ -249,8 +286,9 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         }
         finite(Part::Estimate, &state)?;
         by.iter().try_for_each(|by| finite(Part::Transition, by))?;
-        let kept = self.factor - gain * seen.first;
-        let curved = gain * seen.second;
+        let kept = less_product(&self.factor, gain, &seen.first);
+        // Both curved parts with the other sign: only their squares and products count.
+        let curved = less_product(&zeros(), gain, &seen.second);
         let mut factor = kept;
         tria(&mut factor);
         for o in 0..O {
@@ -267,8 +305,10 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         let mut factor_by = [SMatrix::zeros(); P];
         if self.settings.sensitivities == Sensitivities::Full && degree.is_second {
             for j in 0..P {
-                let kept_by = self.factor_sensitivity[j] - gain * seen.first_by[j];
-                factor_by[j] = kept_by * kept.transpose() + gain * seen.second_by[j] * curved.transpose();
+                let kept_by = less_product(&self.factor_sensitivity[j], gain, &seen.first_by[j]);
+                let curved_by = less_product(&zeros(), gain, &seen.second_by[j]);
+                add_outer(&mut factor_by[j], &kept_by, &kept);
+                add_outer(&mut factor_by[j], &curved_by, &curved);
             }
             sensitivity::of_factor(&factor, &mut factor_by)?;
         }

@@ -94,6 +94,7 @@ impl<'a> Onboard<'a> {
 
 impl Process<6, 2> for Onboard<'_> {
     /// One Runge–Kutta step at constant bank.
+    #[inline(never)]
     fn step<S: Scalar>(&self, state: &[S; 6], parameters: &[S; 2], step_s: f64) -> [S; 6] {
         let ratios = Self::ratios(parameters);
         rk4(state, step_s, |_, state| {
