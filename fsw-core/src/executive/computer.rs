@@ -280,6 +280,7 @@ impl FlightComputer {
     /// The answer to a Hello is ours, whatever theirs says, so that the peer can tell its user what differs. Nothing
     /// else of a peer that does not match is listened to: bytes that happen to decode would mean something else to it.
     /// In flight a greeting changes nothing: a stray one must not cut the vehicle off from its sensors.
+    #[inline(never)] // its stack shall not lie under every minor frame
     fn greet(&mut self, theirs: &Hello, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
         if self.executive.mode() == Mode::Standby {
             self.peer_refused = theirs.check().is_err();
@@ -291,6 +292,7 @@ impl FlightComputer {
         }
     }
 
+    #[inline(never)] // its stack shall not lie under every minor frame
     fn obey(&mut self, command: Command, now: MissionTime) -> CommandOutcome {
         let result = match command {
             Command::Load(_) if self.executive.is_armed() => Err(Refusal::AlreadyArmed),

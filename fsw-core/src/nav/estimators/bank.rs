@@ -147,6 +147,7 @@ impl<const J: usize, const K: usize> Bank<J, K> {
     ///
     /// # Errors
     /// The expert is not there, or the mixture is no number.
+    #[inline(never)]
     pub fn mix_expert(&mut self, index: usize) -> Result<(), BankError> {
         let keep = self.weights.kept(index);
         if keep >= 1.0 {
@@ -224,6 +225,7 @@ impl<const J: usize, const K: usize> Bank<J, K> {
     ///
     /// # Errors
     /// There are no weights any more.
+    #[inline(never)]
     pub fn weigh(&mut self, channels: &Channels) -> Result<(), BankError> {
         let most = (0..K)
             .zip(&self.taken)
@@ -245,6 +247,7 @@ impl<const J: usize, const K: usize> Bank<J, K> {
     ///
     /// # Errors
     /// There are no weights: [`Self::fused`] keeps the last estimate. Or it is no number: its covariance says so.
+    #[inline(never)]
     pub fn fuse(&mut self) -> Result<&Linear<J>, BankError> {
         if let Some(failure) = self.weights.failure() {
             return Err(BankError::Weights(failure));

@@ -57,6 +57,10 @@ pub struct Seen<const J: usize> {
     pub row: [f64; J],
 }
 
+/// Derivatives found in one pass through a model. All at once would be a fifth faster; but each number of the model then takes
+/// twice the stack, of which a flight computer has little, and the passes give the same bits.
+const LANES: usize = 4;
+
 /// A model as the joint state sees it. `W` is the width of the derivatives: `N`, or `N + P` when parameters are carried.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint<'a, M, const N: usize, const P: usize, const W: usize> {
@@ -88,30 +92,42 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
         }
     }
 
-    /// State and parameters as independent variables: lane i for state i, N + j for parameter j if it is carried.
-    fn seeded<const J: usize>(&self, joint: &[f64; J]) -> ([Dual<W>; N], [Dual<W>; P]) {
+    /// State and parameters, [`LANES`] of them from number `first` on as independent variables: state i is number i,
+    /// parameter j, if it is carried, N + j.
+    fn seeded<const J: usize>(&self, joint: &[f64; J], first: usize) -> ([Dual<LANES>; N], [Dual<LANES>; P]) {
+        let seed = |value: f64, number: usize| match number.checked_sub(first) {
+            Some(lane) => Dual::variable(value, lane),
+            None => Dual::constant(value),
+        };
         let mut state = [Dual::constant(0.0); N];
         for (i, (x, &value)) in state.iter_mut().zip(joint).enumerate() {
-            *x = Dual::variable(value, i);
+            *x = seed(value, i);
         }
         let mut parameters = self.parameters.map(Dual::constant);
         if let Some(block) = self.layout.parameters {
             for (j, (alpha, &value)) in parameters.iter_mut().zip(joint.iter().skip(block.first)).enumerate() {
-                *alpha = Dual::variable(value, N + j);
+                *alpha = seed(value, N + j);
             }
         }
         (state, parameters)
     }
 
-    /// Derivatives of a model's number by the joint state.
-    fn spread<const J: usize>(&self, of: &Dual<W>) -> [f64; J] {
-        let mut row = [0.0; J];
-        let (states, parameters) = of.partials.split_at(if N < W { N } else { W });
-        row.iter_mut().zip(states).for_each(|(out, p)| *out = *p);
-        if let Some(block) = self.layout.parameters {
-            row.iter_mut().skip(block.first).zip(parameters).for_each(|(out, p)| *out = *p);
+    /// Numbers of the first variable of each pass.
+    fn passes() -> impl Iterator<Item = usize> {
+        (0..W).step_by(LANES)
+    }
+
+    /// Puts the derivatives of a pass where they belong in the row of the joint state.
+    fn spread<const J: usize>(&self, of: &Dual<LANES>, first: usize, row: &mut [f64; J]) {
+        for (lane, partial) in of.partials.iter().enumerate() {
+            let number = first + lane;
+            let at = match self.layout.parameters {
+                _ if number < N => number,
+                Some(block) if number < N + P => block.first + number - N,
+                _ => continue,
+            };
+            row.iter_mut().skip(at).take(1).for_each(|out| *out = *partial);
         }
-        row
     }
 
     /// One step of the joint state with its derivatives.
@@ -120,12 +136,14 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
     /// The model has no finite value or derivative here.
     #[inline(never)]
     pub fn step<const J: usize>(&self, joint: &[f64; J], step_s: f64) -> Result<Transition<N, J>, EstimatorError> {
-        let (state, parameters) = self.seeded(joint);
-        let moved = self.model.step(&state, &parameters, step_s);
         let mut transition = Transition { next: *joint, rows: [[0.0; J]; N], persistence: [1.0; J] };
-        for ((row, next), dual) in transition.rows.iter_mut().zip(&mut transition.next).zip(&moved) {
-            *row = self.spread(dual);
-            *next = dual.value;
+        for first in Self::passes() {
+            let (state, parameters) = self.seeded(joint, first);
+            let moved = self.model.step(&state, &parameters, step_s);
+            for ((row, next), dual) in transition.rows.iter_mut().zip(&mut transition.next).zip(&moved) {
+                self.spread(dual, first, row);
+                *next = dual.value;
+            }
         }
         if let Some((block, scale)) = self.layout.input {
             for (i, (row, next)) in transition.rows.iter_mut().zip(&mut transition.next).enumerate() {
@@ -165,9 +183,13 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
         sensor: &Z,
         joint: &[f64; J],
     ) -> Result<Seen<J>, EstimatorError> {
-        let (state, parameters) = self.seeded(joint);
-        let dual = sensor.expected(&state, &parameters);
-        let mut seen = Seen { expected: dual.value, row: self.spread(&dual) };
+        let mut seen = Seen { expected: 0.0, row: [0.0; J] };
+        for first in Self::passes() {
+            let (state, parameters) = self.seeded(joint, first);
+            let dual = sensor.expected(&state, &parameters);
+            self.spread(&dual, first, &mut seen.row);
+            seen.expected = dual.value;
+        }
         if let Some((block, axis)) = self.layout.bias.zip(sensor.bias_axis()) {
             let at = block.first.saturating_add(axis);
             if let Some((bias, by_bias)) = joint.get(at).zip(seen.row.get_mut(at)) {

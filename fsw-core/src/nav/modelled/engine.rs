@@ -23,6 +23,7 @@ pub const BATCH: usize = AXES;
 /// A filter at work that is no bank. All zero bytes when there is none.
 #[derive(Clone, Debug)]
 #[repr(u8)]
+#[allow(clippy::large_enum_variant, reason = "one filter at a time, in memory that is there for the largest")]
 pub enum Single {
     /// None.
     Empty = 0,
@@ -96,6 +97,7 @@ impl Engine {
     ///
     /// # Errors
     /// Knowledge that is not finite; there is no engine then.
+    #[inline(never)]
     pub fn start(
         &mut self,
         design: &Design,

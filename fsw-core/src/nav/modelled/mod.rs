@@ -174,6 +174,7 @@ impl Modelled {
     }
 
     /// One frame: carries the estimate to its end, gathers what it brings, and does its slice of the work.
+    #[inline(never)]
     pub fn step(
         &mut self,
         flown: &Flown<'_>,
@@ -220,6 +221,7 @@ impl Modelled {
     }
 
     /// Readings of this frame.
+    #[inline(never)]
     fn gather(&mut self, batch: &Batch, sources: &mut [SourceState], lent: &Lent<'_>) {
         let frames_left = FRAMES_PER_EPOCH.saturating_sub(1).saturating_sub(self.frame);
         let age_s = f64::from(frames_left) * FRAME.as_s();
@@ -327,6 +329,7 @@ impl Modelled {
     }
 
     /// A bank of filters: some experts in each frame but the last, one after the other from prediction to last reading.
+    #[inline(never)]
     fn work_on_bank(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
         let frame = usize::from(self.frame);
         if frame >= FRAMES_OF_EXPERTS {
@@ -365,6 +368,7 @@ impl Modelled {
         scaled
     }
 
+    #[inline(never)]
     fn predict(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
         self.engine.predict(step)?;
         self.acceleration_mps2 = step.vehicle.total_acceleration(&self.engine.working_state(), &self.path_parameters());
@@ -372,6 +376,7 @@ impl Modelled {
         Ok(())
     }
 
+    #[inline(never)]
     fn correct_by_force(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
         let Some([x, y, z]) = self.job.specific_force_mps2() else { return Ok(()) };
         let sigma = step.design.force_reading_sigma(step.step_s, step.force_mps2, step.parameters);
@@ -391,6 +396,7 @@ impl Modelled {
     }
 
     /// Radio and pressure from index `first` up to `end`, in batches.
+    #[inline(never)]
     fn correct_some(
         &mut self,
         first: usize,

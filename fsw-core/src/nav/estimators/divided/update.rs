@@ -170,7 +170,8 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         if count > O {
             return Err(EstimatorError::TooMany { given: count, room: O });
         }
-        let (mut seen, degree, spread) = self.look(readings)?;
+        let mut seen = Seen::nothing();
+        let (degree, spread) = self.look(readings, &mut seen)?;
         let (innovations, factor) = self.judge(&mut seen, gate_sigma)?;
         let gain = self.gain(&seen, &factor);
         self.apply(&seen, &gain, degree)?;
@@ -183,9 +184,9 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     pub(super) fn look<Z: Measurement<N, P>, const O: usize>(
         &self,
         readings: &[Reading<Z>],
-    ) -> Result<(Seen<N, P, O>, Degree, Spread), EstimatorError> {
+        seen: &mut Seen<N, P, O>,
+    ) -> Result<(Degree, Spread), EstimatorError> {
         let map = Sensed(readings);
-        let mut seen = Seen::nothing();
         let units = |expected: &[f64; O]| deviations(readings, expected);
         let others = self.stepped.with(&self.seen);
         let (middle, degree, spread) = self.differences(&map, units, &others, Part::Measurement, |p, column| {
@@ -209,7 +210,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
             *innovation = reading.sensor.innovation(reading.value, *expected);
         }
         finite(Part::Measurement, &seen.innovation)?;
-        Ok((seen, degree, spread))
+        Ok((degree, spread))
     }
 
     /// Forgets what lies beyond the gate. Scalar by scalar, each given those before it that were not forgotten.
