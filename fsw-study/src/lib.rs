@@ -8,10 +8,13 @@
 //! * [`consistency`] normalised error and definiteness of a covariance.
 //! * [`cost`] host time of a step.
 //!
+//! Studies: [`ddf`] P2's divided-difference filters.
+//!
 //! Noise is [`hil_sim::noise::Stream`]: one stream for each (seed, run, purpose).
 
 pub mod consistency;
 pub mod cost;
+pub mod ddf;
 pub mod runs;
 pub mod settings;
 pub mod tally;
