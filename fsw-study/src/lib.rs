@@ -8,7 +8,7 @@
 //! * [`consistency`] normalised error and definiteness of a covariance.
 //! * [`cost`] host time of a step.
 //!
-//! Studies: [`ddf`] P2's divided-difference filters.
+//! Studies: [`sekf`] P1's self-calibrating Kalman filter, [`ddf`] P2's divided-difference filters.
 //!
 //! Noise is [`hil_sim::noise::Stream`]: one stream for each (seed, run, purpose).
 
@@ -16,6 +16,7 @@ pub mod consistency;
 pub mod cost;
 pub mod ddf;
 pub mod runs;
+pub mod sekf;
 pub mod settings;
 pub mod tally;
 pub mod track;
