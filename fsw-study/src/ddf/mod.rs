@@ -6,6 +6,7 @@ mod config;
 mod draw;
 mod filters;
 mod outcome;
+pub mod reference;
 mod tune;
 
 pub use config::{Config, Factors, STATES, Units};
