@@ -137,7 +137,8 @@ proptest! {
         {
             let mut filter = worked(&numbers, desensitized(order, sensitivities));
             let expected = consider(&filter, &toy, &r);
-            let (seen, degree, _) = filter.look::<_, O>(&readings(&toy, &z, &r)).unwrap();
+            let mut seen = Seen::nothing();
+            let (degree, _) = filter.look::<_, O>(&readings(&toy, &z, &r), &mut seen).unwrap();
             let gain = filter.gain(&seen, &seen_factor(&seen));
             // The bar of the project.
             prop_assert!(largest(&(gain - expected.gain)) < 1e-12, "{}", largest(&(gain - expected.gain)));
@@ -153,7 +154,8 @@ proptest! {
         toy in toy(), numbers in numbers(), r in three(0.2..2.0), off in prop::collection::vec(-1.0..1.0f64, 9)
     ) {
         let filter = worked(&numbers, desensitized(Order::First, Sensitivities::First));
-        let (seen, degree, _) = filter.look::<_, O>(&readings(&toy, &[0.0; 3], &r)).unwrap();
+        let mut seen = Seen::nothing();
+        let (degree, _) = filter.look::<_, O>(&readings(&toy, &[0.0; 3], &r), &mut seen).unwrap();
         let gain = filter.gain(&seen, &seen_factor(&seen));
         let cost = |gain: &Square| {
             let mut after = filter.clone();
@@ -342,7 +344,8 @@ fn fly(settings: Settings<6, P>, frozen: Option<&[SMatrix<f64, 6, 5>]>) -> (Divi
     let mut gains = Vec::new();
     for (k, values) in truth(&model, 40).iter().enumerate() {
         filter.predict(&model, 0.2, &NOISE).unwrap();
-        let (mut seen, degree, _) = filter.look::<_, 5>(&entry_readings(&model, values)).unwrap();
+        let mut seen = Seen::nothing();
+        let (degree, _) = filter.look::<_, 5>(&entry_readings(&model, values), &mut seen).unwrap();
         let (_, factor) = filter.judge(&mut seen, OPEN).unwrap();
         let gain = frozen.map_or_else(|| filter.gain(&seen, &factor), |gains| gains[k]);
         filter.apply(&seen, &gain, degree).unwrap();
