@@ -18,10 +18,10 @@ pub fn nees<const N: usize, const J: usize>(error: &[f64; N], factor: &SMatrix<f
     whitened.norm_squared()
 }
 
-/// [`nees`] of a covariance itself; nothing when it is not positive definite.
+/// [`nees`] of a covariance itself, of its symmetric part; nothing when that is not positive definite.
 #[must_use]
 pub fn nees_of_covariance<const N: usize>(error: &[f64; N], covariance: &SMatrix<f64, N, N>) -> Option<f64> {
-    let mut factor = *covariance;
+    let mut factor = (covariance + covariance.transpose()) * 0.5;
     cholesky(&mut factor).ok()?;
     Some(nees(error, &factor))
 }

@@ -6,13 +6,20 @@
 //! * [`runs`] runs on all threads, taken in their own order: sums do not depend on the number of threads.
 //! * [`track`] what a filter did in one run, [`tally`] and in all of them: RMSE, NEES, divergences, definiteness.
 //! * [`consistency`] normalised error and definiteness of a covariance.
-//! * [`cost`] host time of a step.
+//! * [`cost`] host time of a step. * [`bound`] posterior Cramér–Rao bound of any model and sensors.
+//!
+//! Studies: [`sekf`] P1's self-calibrating Kalman filter, [`ddf`] P2's divided-difference filters, [`mmae`] P3's multiple
+//! models.
 //!
 //! Noise is [`hil_sim::noise::Stream`]: one stream for each (seed, run, purpose).
 
+pub mod bound;
 pub mod consistency;
 pub mod cost;
+pub mod ddf;
+pub mod mmae;
 pub mod runs;
+pub mod sekf;
 pub mod settings;
 pub mod tally;
 pub mod track;

@@ -1,16 +1,52 @@
 //! A study's TOML file: text to settings, and ranges, each with one sentence for what is wrong.
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// TOML text; the error is one line with the field or the place.
 ///
 /// # Errors
-/// It is not TOML, or has a field that is unknown or of another type.
+/// It is not TOML, or has a field that is missing, unknown or of another type.
 pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
+    typed(table(text)?)
+}
+
+/// TOML text of which every field may be missing: the defaults of the whole take its place, whatever the default of the
+/// field's own type is. A list is replaced as one.
+///
+/// # Errors
+/// It is not TOML, or has a field that is unknown or of another type.
+pub fn parse_over_defaults<T: DeserializeOwned + Serialize + Default>(text: &str) -> Result<T, String> {
+    let mut whole = toml::Table::try_from(T::default()).map_err(|e| e.to_string())?;
+    lay_over(&mut whole, table(text)?);
+    typed(whole)
+}
+
+/// Settings as TOML.
+///
+/// # Errors
+/// They cannot be written as TOML.
+pub fn write<T: Serialize>(settings: &T) -> Result<String, String> {
+    toml::to_string(settings).map_err(|e| e.to_string())
+}
+
+fn lay_over(under: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (under.get_mut(&key), value) {
+            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => lay_over(below, above),
+            (_, value) => drop(under.insert(key, value)),
+        }
+    }
+}
+
+fn table(text: &str) -> Result<toml::Table, String> {
+    text.parse().map_err(|e: toml::de::Error| {
         let line = e.span().map_or(1, |span| text.get(..span.start).unwrap_or("").lines().count().max(1));
         format!("line {line}: {}", e.message().lines().next().unwrap_or("not TOML"))
-    })?;
+    })
+}
+
+fn typed<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
     serde_path_to_error::deserialize(table).map_err(|e| {
         let what = e.inner().message().lines().next().unwrap_or_default().to_owned();
         if e.path().iter().next().is_none() { what } else { format!("{}: {what}", e.path()) }
@@ -70,6 +106,39 @@ mod tests {
         ] {
             let said = parse::<Small>(text).unwrap_err();
             assert!(!said.contains('\n') && words.iter().all(|word| said.contains(word)), "{said}");
+        }
+    }
+
+    #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Pair {
+        low: f64,
+        high: f64,
+    }
+
+    #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Two {
+        first: Pair,
+        second: Pair,
+    }
+
+    impl Default for Two {
+        fn default() -> Self {
+            Self { first: Pair { low: 1.0, high: 2.0 }, second: Pair { low: 3.0, high: 4.0 } }
+        }
+    }
+
+    #[test]
+    fn a_field_that_is_missing_has_the_default_of_its_place() {
+        let mut expected = Two::default();
+        assert_eq!(parse_over_defaults::<Two>("").unwrap(), expected);
+        expected.second.low = 0.0;
+        assert_eq!(parse_over_defaults::<Two>("second.low = 0").unwrap(), expected);
+        assert_eq!(parse::<Two>(&write(&expected).unwrap()).unwrap(), expected);
+        for (text, words) in [("[third]", "third"), ("first = 1", "first"), ("first.mid = 1", "mid")] {
+            let said = parse_over_defaults::<Two>(text).unwrap_err();
+            assert!(!said.contains('\n') && said.contains(words), "{said}");
         }
     }
 

@@ -3,7 +3,7 @@
 use fsw_core::nav::estimators::EstimatorError;
 use nalgebra::SMatrix;
 
-use crate::consistency::{is_indefinite_factor, nees};
+use crate::consistency::{is_indefinite, is_indefinite_factor, nees, nees_of_covariance};
 
 /// Errors of a run, step by step; `N` components of the vehicle's state.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,9 +38,36 @@ impl<const N: usize> Track<N> {
     pub fn note<const J: usize>(
         &mut self,
         watch: Watch,
-        (estimate, truth): (&[f64; N], &[f64; N]),
+        pair: (&[f64; N], &[f64; N]),
         distance_m: impl FnOnce() -> f64,
         factor: impl FnOnce() -> SMatrix<f64, J, J>,
+    ) {
+        self.judge(watch, pair, distance_m, |error| {
+            let factor = factor();
+            (nees(error, &factor), is_indefinite_factor(&factor))
+        });
+    }
+
+    /// [`Self::note`] for a filter that keeps the covariance itself. Where it is not positive definite, there is no
+    /// normalised error: not a number.
+    pub fn note_covariance(
+        &mut self,
+        watch: Watch,
+        pair: (&[f64; N], &[f64; N]),
+        distance_m: impl FnOnce() -> f64,
+        covariance: &SMatrix<f64, N, N>,
+    ) {
+        self.judge(watch, pair, distance_m, |error| {
+            (nees_of_covariance(error, covariance).unwrap_or(f64::NAN), is_indefinite(covariance))
+        });
+    }
+
+    fn judge(
+        &mut self,
+        watch: Watch,
+        (estimate, truth): (&[f64; N], &[f64; N]),
+        distance_m: impl FnOnce() -> f64,
+        consistency: impl FnOnce(&[f64; N]) -> (f64, bool),
     ) {
         if watch == Watch::Nothing {
             return;
@@ -51,10 +78,10 @@ impl<const N: usize> Track<N> {
         if watch == Watch::Errors {
             return;
         }
-        let factor = factor();
+        let (nees, is_indefinite) = consistency(&error);
         self.position_m.push(distance_m());
-        self.nees.push(nees(&error, &factor));
-        self.indefinite += u64::from(is_indefinite_factor(&factor));
+        self.nees.push(nees);
+        self.indefinite += u64::from(is_indefinite);
     }
 }
 
@@ -73,5 +100,14 @@ mod tests {
         assert_eq!(noted(Watch::All), (vec![[2.0, 0.0]], vec![2.0], vec![1.0], 0));
         assert_eq!(noted(Watch::Errors), (vec![[2.0, 0.0]], vec![], vec![], 0));
         assert_eq!(noted(Watch::Nothing), (vec![], vec![], vec![], 0));
+    }
+
+    #[test]
+    fn a_covariance_that_is_none_has_no_normalised_error() {
+        let mut track = Track::<2>::default();
+        track.note_covariance(Watch::All, (&[3.0, 1.0], &[1.0, 1.0]), || 2.0, &(SMatrix::identity() * 4.0));
+        track.note_covariance(Watch::All, (&[3.0, 1.0], &[1.0, 1.0]), || 2.0, &-SMatrix::identity());
+        assert!((track.nees[0] - 1.0).abs() < 1e-15 && track.nees[1].is_nan());
+        assert_eq!(track.indefinite, 1);
     }
 }

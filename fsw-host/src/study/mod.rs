@@ -3,14 +3,20 @@
 //! `study npc` is P4's: its predictor-corrector (`paper`) against the segmented form as it is printed (`segmented`) and as
 //! it can be repaired (`segmented-table`). Each mode flies undispersed, timed, and then a whole campaign of its own in a
 //! folder of its own, so that a study that was stopped goes on where it was, and `compare` and `fly` can follow up.
+//!
+//! [`sekf`] is P1's, [`ddf`] P2's. The studies of filters share [`papers`]: options, configuration, folder; their engines are in
+//! `fsw-study`.
 
+pub mod ddf;
 mod figures;
 mod folder;
 mod nominal;
 mod options;
 mod page;
+pub mod papers;
 mod points;
 mod published;
+pub mod sekf;
 
 use std::fmt::Write as _;
 use std::io;
@@ -110,7 +116,14 @@ struct ModeFigures<'a> {
 /// # Errors
 /// Bad input, files that cannot be written, or the user has had enough.
 pub fn run(command: &StudyCommand) -> Result<bool, HostError> {
-    let StudyCommand::Npc(args) = command;
+    match command {
+        StudyCommand::Npc(args) => npc(args),
+        StudyCommand::Sekf(args) => sekf::run(args),
+        StudyCommand::Ddf(args) => ddf::run(args),
+    }
+}
+
+fn npc(args: &StudyArgs) -> Result<bool, HostError> {
     let scenarios =
         MODES.iter().map(|mode| Ok((*mode, scenario(args, *mode)?))).collect::<Result<Vec<_>, HostError>>()?;
     let folder = folder::open(args, &scenarios)?;

@@ -14,6 +14,10 @@ const DEFAULT_RUNS: u64 = 1_000;
 pub enum StudyCommand {
     /// P4 (Xia et al. 2015): the predictor-corrector against its segmented forms.
     Npc(StudyArgs),
+    /// P1 (Fu et al. 2015): the self-calibrating Kalman filter against others under an unknown input.
+    Sekf(super::sekf::SekfArgs),
+    /// P2 (Deng, Yu 2018): desensitized divided-difference filters of adaptive order against others in unknown air.
+    Ddf(super::ddf::DdfArgs),
 }
 
 /// Options of a study.

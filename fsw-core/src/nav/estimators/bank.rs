@@ -124,6 +124,12 @@ impl<const J: usize, const K: usize> Bank<J, K> {
         &self.weights
     }
 
+    /// Logarithms of the densities with which the experts expected this instant's readings so far.
+    #[must_use]
+    pub const fn log_densities(&self) -> &[f64; K] {
+        &self.log_densities
+    }
+
     /// An expert that is there.
     #[must_use]
     pub fn expert(&self, index: usize) -> Option<&Linear<J>> {
@@ -252,8 +258,17 @@ impl<const J: usize, const K: usize> Bank<J, K> {
         if let Some(failure) = self.weights.failure() {
             return Err(BankError::Weights(failure));
         }
-        let Self { experts, weights, fused, .. } = self;
-        let believed = || experts.iter().zip(weights.values()).filter(|(_, weight)| **weight > 0.0);
+        let weights = *self.weights.values();
+        self.fuse_by(&weights)
+    }
+
+    /// The same by weights of another's making, which sum to one; what [`Self::fused`] gives from here on.
+    ///
+    /// # Errors
+    /// The result is no number: its covariance says so.
+    pub fn fuse_by(&mut self, weights: &[f64; K]) -> Result<&Linear<J>, BankError> {
+        let Self { experts, fused, .. } = self;
+        let believed = || experts.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
         let mut mean = [0.0; J];
         for (expert, weight) in believed() {
             mean.iter_mut().zip(expert.state()).for_each(|(m, x)| *m += weight * x);

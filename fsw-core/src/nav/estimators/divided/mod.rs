@@ -39,7 +39,7 @@ use crate::math::factor::add_column;
 use crate::math::fun::sqrt;
 use crate::math::sqrt_tools::tria;
 use nonlinearity::Spread;
-use points::{Detail, Middle};
+use points::{Column, Detail, Middle};
 
 /// Which differences count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -209,7 +209,6 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     ///
     /// # Errors
     /// The model has no finite value at a point, or an estimate leaves the range of numbers: nothing has changed then.
-    #[inline(never)]
     pub fn predict<M: Process<N, P>>(
         &mut self,
         process: &M,
@@ -219,43 +218,67 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         finite(Part::ProcessNoise, sigmas)?;
         let map = Stepped { process, step_s };
         let (mut factor, mut second) = (SMatrix::<f64, N, N>::zeros(), SMatrix::<f64, N, N>::zeros());
-        let mut half = [SMatrix::zeros(); P];
+        let (mut half, mut middle) = ([SMatrix::zeros(); P], Middle::nothing());
         let units = |_: &[f64; N]| Ok(self.settings.units);
-        let (middle, degree, stepped) = self.differences(&map, units, &self.seen, Part::Prediction, |p, column| {
+        let visit = |p: usize, column: &Column<N, P>| {
             factor.set_column(p, &column.first.into());
             second.set_column(p, &column.second.into());
             sensitivity::gather(&mut half, column);
-        })?;
+        };
+        let (degree, stepped) = self.differences(&map, units, &self.seen, Part::Prediction, &mut middle, visit)?;
         tria(&mut factor);
         add_independent(&mut factor, sigmas);
         if degree.is_second {
             add_columns(&mut factor, &second);
         }
-        finite(Part::Covariance, factor.as_slice())?;
-        let is_full = self.settings.sensitivities == Sensitivities::Full && degree.is_second;
-        if is_full {
-            sensitivity::of_factor(&factor, &mut half)?;
-        }
-        self.factor_sensitivity = if is_full { half } else { [SMatrix::zeros(); P] };
-        self.factor = factor;
+        let is_full = self.is_full(degree);
+        self.accept(&factor, &mut half, is_full)?;
         self.state = if degree.is_second { middle.mean } else { middle.centre };
         self.sensitivity = if is_full { middle.mean_by } else { middle.by };
         (self.stepped, self.seen) = (stepped, Spread::default());
         Ok(degree)
     }
 
+    /// Whether the factor's sensitivities follow an operation of this degree.
+    fn is_full(&self, degree: Degree) -> bool {
+        self.settings.sensitivities == Sensitivities::Full && degree.is_second
+    }
+
+    /// Takes over a factor and, if `is_full`, its sensitivities from what [`sensitivity::gather`] gathered.
+    #[inline(never)]
+    fn accept(
+        &mut self,
+        factor: &SMatrix<f64, N, N>,
+        half: &mut [SMatrix<f64, N, N>; P],
+        is_full: bool,
+    ) -> Result<(), EstimatorError> {
+        finite(Part::Covariance, factor.as_slice())?;
+        if is_full {
+            sensitivity::of_factor(factor, half)?;
+        }
+        self.factor = *factor;
+        for (to, from) in self.factor_sensitivity.iter_mut().zip(half) {
+            if is_full {
+                *to = *from;
+            } else {
+                to.fill(0.0);
+            }
+        }
+        Ok(())
+    }
+
     /// All differences of a map about the estimate, and which of them count; `units` of its results, given the value
-    /// there; `others` are differences that are judged with them.
-    /// `visit` is told every column; under
-    /// [`Order::Measured`] with full sensitivities possibly a second time, then with its derivatives.
+    /// there; `others` are differences that are judged with them. `middle` takes what all points together tell; `visit` is
+    /// told every column, under [`Order::Measured`] with full sensitivities possibly again, then with its derivatives.
     fn differences<F, const O: usize>(
         &self,
         map: &F,
         units: impl Fn(&[f64; O]) -> Result<[f64; O], EstimatorError>,
         others: &Spread,
         part: Part,
-        mut visit: impl FnMut(usize, &points::Column<O, P>),
-    ) -> Result<(Middle<O, P>, Degree, Spread), EstimatorError>
+        middle: &mut Middle<O, P>,
+        mut visit: impl FnMut(usize, &Column<O, P>),
+    ) -> Result<(Degree, Spread), EstimatorError>
     where
         F: Map<N, P, O>,
     {
@@ -264,7 +287,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
             (Sensitivities::Full, Order::Second) => Detail::Everywhere,
             _ => Detail::Middle,
         };
-        let mut middle = self.scan(map, wanted, part, &mut visit)?;
+        self.scan(map, wanted, part, middle, &mut visit)?;
         let spread = middle.spread(&units(&middle.centre)?);
         let nonlinearity = spread.with(others).nonlinearity();
         let is_second = match self.settings.order {
@@ -272,10 +295,11 @@ impl<const N: usize, const P: usize> Divided<N, P> {
             Order::Second => true,
             Order::Measured { threshold } => nonlinearity > threshold,
         };
-        if is_second && self.settings.sensitivities == Sensitivities::Full && wanted != Detail::Everywhere {
-            middle = self.scan(map, Detail::Everywhere, part, &mut visit)?;
+        let degree = Degree { nonlinearity, is_second };
+        if self.is_full(degree) && wanted != Detail::Everywhere {
+            self.scan(map, Detail::Everywhere, part, middle, &mut visit)?;
         }
-        Ok((middle, Degree { nonlinearity, is_second }, spread))
+        Ok((degree, spread))
     }
 }
 

@@ -172,7 +172,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         self.evaluate(map, &offset, Some(&seeds))
     }
 
-    /// All differences, column by column.
+    /// All differences, column by column; `middle` takes their sums.
     ///
     /// # Errors
     /// A point where the map has no finite value or derivative.
@@ -181,11 +181,12 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         map: &F,
         detail: Detail,
         part: Part,
+        middle: &mut Middle<O, P>,
         visit: &mut impl FnMut(usize, &Column<O, P>),
-    ) -> Result<Middle<O, P>, EstimatorError> {
+    ) -> Result<(), EstimatorError> {
         let seeds = (detail != Detail::Values).then_some(&self.sensitivity);
         let centre = self.evaluate(map, &[0.0; N], seeds);
-        let mut middle = Middle::about(&centre);
+        middle.begin(&centre);
         for p in 0..N {
             let ahead = self.at_point(map, p, INTERVAL, detail == Detail::Everywhere);
             let behind = self.at_point(map, p, -INTERVAL, detail == Detail::Everywhere);
@@ -207,21 +208,26 @@ impl<const N: usize, const P: usize> Divided<N, P> {
             middle.add(&column);
             visit(p, &column);
         }
-        middle.check(part)?;
-        Ok(middle)
+        middle.check(part)
     }
 }
 
 impl<const O: usize, const P: usize> Middle<O, P> {
-    fn about(centre: &Values<O, P>) -> Self {
+    pub const fn nothing() -> Self {
         Self {
-            centre: centre.value,
-            by: centre.by,
-            mean: centre.value,
-            mean_by: centre.by,
+            centre: [0.0; O],
+            by: [[0.0; O]; P],
+            mean: [0.0; O],
+            mean_by: [[0.0; O]; P],
             first_square: [0.0; O],
             second_square: [0.0; O],
         }
+    }
+
+    fn begin(&mut self, centre: &Values<O, P>) {
+        (self.centre, self.mean) = (centre.value, centre.value);
+        (self.by, self.mean_by) = (centre.by, centre.by);
+        (self.first_square, self.second_square) = ([0.0; O], [0.0; O]);
     }
 
     fn add(&mut self, column: &Column<O, P>) {
@@ -266,7 +272,11 @@ fn curvature<const O: usize>(ahead: &[f64; O], behind: &[f64; O], centre: &[f64;
 }
 
 /// A column of a factor times a number.
-pub(super) fn scaled_column<const N: usize>(factor: &SMatrix<f64, N, N>, p: usize, by: f64) -> [f64; N] {
+pub(super) fn scaled_column<const N: usize, const C: usize>(
+    factor: &SMatrix<f64, N, C>,
+    p: usize,
+    by: f64,
+) -> [f64; N] {
     let mut column = [0.0; N];
     for (i, out) in column.iter_mut().enumerate() {
         *out = by * factor.get((i, p)).copied().unwrap_or(0.0);

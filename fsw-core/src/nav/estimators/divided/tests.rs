@@ -138,7 +138,7 @@ proptest! {
             let mut filter = worked(&numbers, desensitized(order, sensitivities));
             let expected = consider(&filter, &toy, &r);
             let mut seen = Seen::nothing();
-        let (degree, _) = filter.look::<_, O>(&readings(&toy, &z, &r), &mut seen).unwrap();
+            let (degree, _) = filter.look::<_, O>(&readings(&toy, &z, &r), &mut seen).unwrap();
             let gain = filter.gain(&seen, &seen_factor(&seen));
             // The bar of the project.
             prop_assert!(largest(&(gain - expected.gain)) < 1e-12, "{}", largest(&(gain - expected.gain)));

@@ -11,7 +11,8 @@ use super::super::linear::Innovation;
 use super::super::models::{Measurement, Reading};
 use super::super::{EstimatorError, Part, finite};
 use super::nonlinearity::Spread;
-use super::{Degree, Divided, Sensed, Sensitivities, add_columns, sensitivity};
+use super::points::{Column, Middle, scaled_column};
+use super::{Degree, Divided, Sensed, add_columns, sensitivity};
 use crate::math::factor::add_column;
 use crate::math::fun::sqrt;
 use crate::math::gate::sigma_gate;
@@ -87,7 +88,6 @@ impl<const N: usize, const P: usize, const O: usize> Seen<N, P, O> {
     }
 
     /// Lower triangular C with C Cᵀ = T1 T1ᵀ + T2 T2ᵀ + γ W γᵀ + R, never formed by a subtraction.
-    #[inline(never)]
     fn innovation_factor(&self, weights: &[f64; P]) -> SMatrix<f64, O, O> {
         let mut factor = SMatrix::zeros();
         for i in 0..O {
@@ -116,38 +116,6 @@ fn deviations<Z: Measurement<N, P>, const N: usize, const P: usize, const O: usi
         *deviation = sqrt(variance);
     }
     Ok(deviations)
-}
-
-/// A − G B. Like [`add_outer`] once in the program, where products written as such would be unrolled at each place.
-#[inline(never)]
-fn less_product<const N: usize, const O: usize, const C: usize>(
-    a: &SMatrix<f64, N, C>,
-    gain: &SMatrix<f64, N, O>,
-    b: &SMatrix<f64, O, C>,
-) -> SMatrix<f64, N, C> {
-    let mut out = *a;
-    for c in 0..C {
-        for o in 0..O {
-            let weight = b[(o, c)];
-            for i in 0..N {
-                out[(i, c)] -= gain[(i, o)] * weight;
-            }
-        }
-    }
-    out
-}
-
-/// M + A Bᵀ.
-#[inline(never)]
-fn add_outer<const N: usize>(m: &mut SMatrix<f64, N, N>, a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>) {
-    for k in 0..N {
-        for p in 0..N {
-            let weight = b[(k, p)];
-            for i in 0..N {
-                m[(i, k)] += a[(i, p)] * weight;
-            }
-        }
-    }
 }
 
 const fn zeros<const R: usize, const C: usize>() -> SMatrix<f64, R, C> {
@@ -187,9 +155,10 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         seen: &mut Seen<N, P, O>,
     ) -> Result<(Degree, Spread), EstimatorError> {
         let map = Sensed(readings);
+        let mut middle = Middle::nothing();
         let units = |expected: &[f64; O]| deviations(readings, expected);
         let others = self.stepped.with(&self.seen);
-        let (middle, degree, spread) = self.differences(&map, units, &others, Part::Measurement, |p, column| {
+        let visit = |p: usize, column: &Column<O, P>| {
             for o in 0..O {
                 seen.first[(o, p)] = column.first[o];
                 seen.second[(o, p)] = column.second[o];
@@ -198,12 +167,12 @@ impl<const N: usize, const P: usize> Divided<N, P> {
                     seen.second_by[j][(o, p)] = column.second_by[j][o];
                 }
             }
-        })?;
+        };
+        let (degree, spread) = self.differences(&map, units, &others, Part::Measurement, &mut middle, visit)?;
         if !degree.is_second {
-            seen.second = SMatrix::zeros();
+            seen.second.fill(0.0);
         }
-        let is_full = self.settings.sensitivities == Sensitivities::Full && degree.is_second;
-        seen.by = if is_full { middle.mean_by } else { middle.by };
+        seen.by = if self.is_full(degree) { middle.mean_by } else { middle.by };
         let expected = if degree.is_second { middle.mean } else { middle.centre };
         seen.noise = deviations(readings, &expected)?;
         for (innovation, (reading, expected)) in seen.innovation.iter_mut().zip(readings.iter().zip(&expected)) {
@@ -287,36 +256,65 @@ impl<const N: usize, const P: usize> Divided<N, P> {
         }
         finite(Part::Estimate, &state)?;
         by.iter().try_for_each(|by| finite(Part::Transition, by))?;
-        let kept = less_product(&self.factor, gain, &seen.first);
-        // Both curved parts with the other sign: only their squares and products count.
-        let curved = less_product(&zeros(), gain, &seen.second);
-        let mut factor = kept;
+        let (mut factor, mut half) = (SMatrix::<f64, N, N>::zeros(), [SMatrix::zeros(); P]);
+        for p in 0..N {
+            let column = self.corrected(seen, gain, p, self.is_full(degree));
+            factor.set_column(p, &column.first.into());
+            sensitivity::gather(&mut half, &column);
+        }
         tria(&mut factor);
         for o in 0..O {
-            let mut noise = [0.0; N];
-            for i in 0..N {
-                noise[i] = gain[(i, o)] * seen.noise[o];
-            }
-            add_column(&mut factor, &noise);
+            add_column(&mut factor, &scaled_column(gain, o, seen.noise[o]));
         }
-        if degree.is_second {
-            add_columns(&mut factor, &curved);
+        for p in (0..N).take(if degree.is_second { N } else { 0 }) {
+            add_column(&mut factor, &along(gain, &seen.second, p));
         }
-        finite(Part::Covariance, factor.as_slice())?;
-        let mut factor_by = [SMatrix::zeros(); P];
-        if self.settings.sensitivities == Sensitivities::Full && degree.is_second {
-            for j in 0..P {
-                let kept_by = less_product(&self.factor_sensitivity[j], gain, &seen.first_by[j]);
-                let curved_by = less_product(&zeros(), gain, &seen.second_by[j]);
-                add_outer(&mut factor_by[j], &kept_by, &kept);
-                add_outer(&mut factor_by[j], &curved_by, &curved);
-            }
-            sensitivity::of_factor(&factor, &mut factor_by)?;
-        }
-        self.factor_sensitivity = factor_by;
-        self.factor = factor;
+        self.accept(&factor, &mut half, self.is_full(degree))?;
         self.state = state;
         self.sensitivity = by;
         Ok(())
     }
+
+    /// Columns `p` of Sb − K T1 and of K T2, which with K Sv make the factor after the update, and their derivatives.
+    fn corrected<const O: usize>(
+        &self,
+        seen: &Seen<N, P, O>,
+        gain: &SMatrix<f64, N, O>,
+        p: usize,
+        is_moving: bool,
+    ) -> Column<N, P> {
+        let mut column = Column {
+            first: less(scaled_column(&self.factor, p, 1.0), &along(gain, &seen.first, p)),
+            second: along(gain, &seen.second, p),
+            is_moving,
+            first_by: [[0.0; N]; P],
+            second_by: [[0.0; N]; P],
+        };
+        for j in 0..if is_moving { P } else { 0 } {
+            let moved = scaled_column(&self.factor_sensitivity[j], p, 1.0);
+            column.first_by[j] = less(moved, &along(gain, &seen.first_by[j], p));
+            column.second_by[j] = along(gain, &seen.second_by[j], p);
+        }
+        column
+    }
+}
+
+/// K times a column of differences.
+fn along<const N: usize, const O: usize>(
+    gain: &SMatrix<f64, N, O>,
+    differences: &SMatrix<f64, O, N>,
+    p: usize,
+) -> [f64; N] {
+    let mut product = [0.0; N];
+    for i in 0..N {
+        for o in 0..O {
+            product[i] += gain[(i, o)] * differences.get((o, p)).copied().unwrap_or(0.0);
+        }
+    }
+    product
+}
+
+fn less<const N: usize>(mut a: [f64; N], b: &[f64; N]) -> [f64; N] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a -= b);
+    a
 }

@@ -1,0 +1,97 @@
+//! The tables of the study, for terminal and page.
+
+use fsw_study::ddf::Kind;
+use fsw_study::ddf::reference::{self, Bar};
+
+use super::Flown;
+use crate::report::number;
+
+/// Columns.
+pub const COLUMNS: usize = 12;
+/// Width of the first column and of the others in the terminal.
+const WIDTHS: (usize, usize) = (32, 14);
+/// NEES beyond which its order of magnitude is all that matters.
+const HUGE: f64 = 1e4;
+
+/// Heads of the columns of [`rows`].
+pub const HEADS: [&str; COLUMNS] = [
+    "filter",
+    "radius m",
+    "speed m/s",
+    "position m",
+    "NEES",
+    "2nd order %",
+    "indefinite %",
+    "diverged",
+    "ms a run",
+    "paper s",
+    "instr. a step",
+    "cost",
+];
+
+/// What stands under the table.
+pub const NOTES: [&str; 4] = [
+    "In brackets an independent implementation at 200 runs. Errors: root mean square over runs, then the mean from 20 s on.",
+    "NEES of six states: 6 is right. Indefinite: share of steps. Cost: instructions relative to RDDF1, of this machine.",
+    "Tuned: process noise and what is believed of accelerations and pressure searched (--tune); \"for forces\" scales the",
+    "noise of speed, path angle and heading alone. No factor comes near RDDF1 in position and in speed at once.",
+];
+
+/// A figure, or a dash where there is none.
+pub fn figure(value: Option<f64>, decimals: usize) -> String {
+    value.filter(|value| value.is_finite()).map_or_else(|| "–".to_owned(), |value| number(value, decimals))
+}
+
+/// A row for each filter.
+pub fn rows(flown: &[Flown]) -> Vec<[String; COLUMNS]> {
+    let base = flown.iter().find(|f| f.outcome.filter.kind == Kind::Rddf1).and_then(|f| f.instructions_per_step);
+    flown.iter().map(|flown| row(flown, base)).collect()
+}
+
+fn row(flown: &Flown, base: Option<f64>) -> [String; COLUMNS] {
+    let o = &flown.outcome;
+    let known = reference::of(o.filter.kind);
+    let beside = |value: f64, decimals: usize, known: Option<f64>| match known {
+        Some(known) => format!("{} ({})", number(value, decimals), number(known, decimals)),
+        None => number(value, decimals),
+    };
+    let [radius, speed, ..] = o.rmse;
+    let relative = flown.instructions_per_step.zip(base).map(|(a, b)| a / b);
+    [
+        o.name.clone(),
+        beside(radius, 0, known.map(|k| k.radius_m)),
+        beside(speed, 2, known.map(|k| k.speed_mps)),
+        beside(o.position_rmse_m, 0, known.map(|k| k.position_m)),
+        if o.nees > HUGE { format!("{:.0e}", o.nees) } else { number(o.nees, 1) },
+        beside(100.0 * o.second_share, 0, known.and_then(|k| k.second_share).map(|share| 100.0 * share)),
+        number(100.0 * o.indefinite_share, 1),
+        o.diverged.to_string(),
+        number(o.host_ms_per_run, 1),
+        figure(reference::paper_s(o.filter.kind), 2),
+        figure(flown.instructions_per_step, 0),
+        relative.map_or_else(|| "–".to_owned(), |relative| beside(relative, 2, known.map(|k| k.cost))),
+    ]
+}
+
+/// A bar in words.
+pub fn said(bar: &Bar) -> String {
+    let verdict = match bar.is_cleared() {
+        Some(true) => "yes",
+        Some(false) => "NO",
+        None => "not measured",
+    };
+    let bound = if bar.is_least { "at least" } else { "at most" };
+    format!("{}: {} ({bound} {}): {verdict}", bar.what, figure(bar.value, 2), number(bar.bound, 2))
+}
+
+/// A row of the terminal.
+pub fn line(cells: &[String; COLUMNS]) -> String {
+    let spaces = |text: &String, width: usize| " ".repeat(width.saturating_sub(text.chars().count()).max(1));
+    let mut row = String::new();
+    for (at, cell) in cells.iter().enumerate() {
+        let (first, other) = WIDTHS;
+        row +=
+            &if at == 0 { format!("{cell}{}", spaces(cell, first)) } else { format!("{}{cell}", spaces(cell, other)) };
+    }
+    row
+}

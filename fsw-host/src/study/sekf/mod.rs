@@ -1,0 +1,160 @@
+//! `study sekf`: P1's experiment. A vehicle with an unknown input in its equations, estimated by an EKF that ignores it, by
+//! P1's self-calibrating filter, and by what else the kernel can be: untuned as P1 flies them, and each tuned by a search.
+//!
+//! The engine is [`fsw_study::sekf`]; here are its arguments, files, figures and page.
+
+mod figures;
+mod page;
+mod table;
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use console::style;
+use fsw_study::sekf::cases::{self, CASES, Flown};
+use fsw_study::sekf::config::Config;
+use fsw_study::sekf::tuned::TunedFile;
+use fsw_study::sekf::{reference, tune};
+use serde::Serialize;
+
+use super::papers::{self, PaperArgs};
+use crate::campaign::write_json;
+use crate::error::HostError;
+use crate::output::{print, print_json};
+use crate::runfolder::write_whole;
+
+/// Runs when nothing is said: the paper's.
+const DEFAULT_RUNS: u64 = 500;
+/// The paper.
+const PAPER: &str =
+    "P1: Fu, Lou, Xiao, J. Deep Space Exploration 2 (3), 224-228, 2015, doi 10.15982/j.issn.2095-7777.2015.03.006";
+
+/// Options of the study.
+#[derive(Clone, Debug, Args)]
+pub struct SekfArgs {
+    /// Options of every study of filters.
+    #[command(flatten)]
+    pub paper: PaperArgs,
+    /// Searches the settings of the tuned cases (minutes) and writes tuned.toml into the folder instead of flying the cases.
+    #[arg(long)]
+    pub tune: bool,
+    /// Tuned settings to fly with, as `--tune` writes them; without it those that come with the program.
+    #[arg(long, value_name = "F", conflicts_with = "tune")]
+    pub tuned: Option<PathBuf>,
+}
+
+/// Content of `study.json`.
+#[derive(Serialize)]
+struct Study<'a> {
+    study: &'static str,
+    paper: &'static str,
+    paper_says: &'static str,
+    command: &'a str,
+    seed: u64,
+    runs: u64,
+    config: &'a Config,
+    tuned_by: &'a str,
+    tuned_for_step_s: f64,
+    cases: &'a [Flown],
+}
+
+/// Runs the command; true when no covariance of a shipped filter became indefinite.
+///
+/// # Errors
+/// Bad input, or files that cannot be written.
+pub fn run(args: &SekfArgs) -> Result<bool, HostError> {
+    let config = args.paper.load(Config::check)?;
+    let runs = args.paper.runs(DEFAULT_RUNS)?;
+    let tuned = tuned(args.tuned.as_deref())?;
+    let folder = args.paper.folder("sekf", runs)?;
+    papers::write(&config, &folder.join(papers::CONFIG))?;
+    if args.tune {
+        return search(args, &config, &folder);
+    }
+    let numbers = (args.paper.seed, runs);
+    let flown = args.paper.on_threads(|| {
+        CASES.iter().map(|case| cases::fly(case, (&config, &tuned.tuned), numbers)).collect::<Vec<_>>()
+    })?;
+    let command = args.paper.command_with_numbers("sekf", runs);
+    let study = Study {
+        study: "sekf",
+        paper: PAPER,
+        paper_says: reference::PAPER,
+        command: &command,
+        seed: args.paper.seed,
+        runs,
+        config: &config,
+        tuned_by: &tuned.command,
+        tuned_for_step_s: tuned.step_s,
+        cases: &flown,
+    };
+    let page = page::html(&study, &tuned).map_err(|e| HostError::Option(e.to_string()))?;
+    write_whole(&folder.join(papers::PAGE), |out| out.write_all(page.as_bytes()))?;
+    write_whole(&folder.join(papers::JSON), |out| write_json(&study, out))?;
+    if args.paper.json {
+        print_json(&study)?;
+    } else if !args.paper.quiet {
+        print(&screen(&study, &folder))?;
+    }
+    let mut shipped = flown.iter().flat_map(|case| &case.filters).filter(|outcome| outcome.filter.is_shipped());
+    Ok(shipped.all(|outcome| outcome.indefinite_share == 0.0))
+}
+
+/// The tuned settings of a file, or those that come with the program.
+fn tuned(path: Option<&Path>) -> Result<TunedFile, HostError> {
+    let Some(path) = path else { return TunedFile::shipped().map_err(HostError::Option) };
+    let tuned: TunedFile = papers::read(path)?;
+    papers::named(path, tuned.check())?;
+    Ok(tuned)
+}
+
+/// Searches and writes what was found.
+fn search(args: &SekfArgs, config: &Config, folder: &Path) -> Result<bool, HostError> {
+    let tuned = args.paper.on_threads(|| {
+        tune::search(config, |tuned| {
+            if !args.paper.quiet {
+                let (s, name) = (&tuned.settings, tuned.filter.name());
+                eprintln!(
+                    "  {} {name}: process {}, accelerometer {}, input {}",
+                    tuned.case, s.process, s.accelerometer, s.input
+                );
+            }
+        })
+    })?;
+    let command = format!("{} --tune", args.paper.command("sekf"));
+    let path = folder.join(papers::TUNED);
+    papers::write(&TunedFile { command, step_s: config.experiment.step_s, tuned }, &path)?;
+    if !args.paper.quiet {
+        print(&format!("  {}\n", path.display()))?;
+    }
+    Ok(true)
+}
+
+fn screen(study: &Study<'_>, folder: &Path) -> String {
+    let mut out = String::new();
+    let head = format!("P1 (Fu et al. 2015): {} runs of seed {} a case", study.runs, study.seed);
+    let _ = writeln!(out, "\n  {}\n  {}\n", style(head).bold(), study.paper_says);
+    for case in study.cases {
+        let _ = writeln!(out, "  {}", style(case.title).bold());
+        let _ = writeln!(out, "  {}", table::line(&table::HEADS.map(str::to_owned)));
+        for outcome in &case.filters {
+            let _ = writeln!(out, "  {}", table::line(&table::cells(case.case, outcome)));
+        }
+        let _ = writeln!(out);
+    }
+    let notes = [
+        "EKF/filter is the geometric mean over the six states of the ratio of their RMSE: above 1 is better than the EKF.",
+        "Reference: an independent implementation at 1 s and 500 runs. NEES of six states: 6 is right.",
+        "Rows of the equations as printed are there to teach; a filter that lost its runs has no figure.",
+    ];
+    for note in notes {
+        let _ = writeln!(out, "  {note}");
+    }
+    if (study.tuned_for_step_s - study.config.experiment.step_s).abs() > 1e-12 {
+        let _ = writeln!(out, "  The tuned settings were found for a step of {} s.", study.tuned_for_step_s);
+    }
+    let _ = writeln!(out, "  page  {}", style(folder.join(papers::PAGE).display()).cyan().bold());
+    out
+}

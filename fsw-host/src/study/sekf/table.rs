@@ -1,0 +1,62 @@
+//! The table of a case, for terminal and page.
+
+use fsw_study::sekf::cases::Outcome;
+use fsw_study::sekf::reference;
+
+use crate::report::number;
+
+/// Columns.
+const COLUMNS: usize = 10;
+/// Width of the first column and of the others in the terminal.
+const WIDTHS: (usize, usize) = (16, 13);
+/// NEES beyond which its order of magnitude is all that matters.
+const HUGE: f64 = 1e4;
+
+/// Heads of the columns of [`cells`].
+pub const HEADS: [&str; COLUMNS] = [
+    "filter",
+    "position m",
+    "reference",
+    "EKF/filter",
+    "reference",
+    "at least",
+    "NEES",
+    "indefinite %",
+    "diverged",
+    "ns a step",
+];
+
+/// A figure, or a dash where there is none.
+pub fn figure(value: f64, decimals: usize) -> String {
+    if value.is_finite() { number(value, decimals) } else { "–".to_owned() }
+}
+
+/// A row: filter, errors, reference, consistency, cost.
+pub fn cells(case: &str, outcome: &Outcome) -> [String; COLUMNS] {
+    let known = reference::of(case, outcome.filter);
+    let known = |value: fn(&reference::Reference) -> Option<f64>| known.and_then(value).unwrap_or(f64::NAN);
+    [
+        outcome.filter.name().to_owned(),
+        figure(outcome.position_rmse_m, 0),
+        figure(known(|r| Some(r.position_m)), 0),
+        figure(outcome.ratio_to_ekf, 2),
+        figure(known(|r| Some(r.ratio)), 2),
+        figure(known(|r| r.at_least), 2),
+        if outcome.nees > HUGE { format!("{:.0e}", outcome.nees) } else { figure(outcome.nees, 1) },
+        figure(100.0 * outcome.indefinite_share, 1),
+        outcome.diverged.to_string(),
+        figure(outcome.host_ns_per_step, 0),
+    ]
+}
+
+/// A row of the terminal.
+pub fn line(cells: &[String; COLUMNS]) -> String {
+    let spaces = |text: &String, width: usize| " ".repeat(width.saturating_sub(text.chars().count()));
+    let mut row = String::new();
+    for (at, cell) in cells.iter().enumerate() {
+        let (first, other) = WIDTHS;
+        row +=
+            &if at == 0 { format!("{cell}{}", spaces(cell, first)) } else { format!("{}{cell}", spaces(cell, other)) };
+    }
+    row
+}

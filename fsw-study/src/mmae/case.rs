@@ -1,0 +1,418 @@
+//! A case of the study: many entries, all filters over each, sums of what they did.
+
+use std::collections::BTreeMap;
+
+use fsw_core::nav::estimators::weights::Rule;
+use serde::Serialize;
+
+use super::config::{Config, FilterName, Reading};
+use super::filters::{self, STATE, Scenario};
+use super::run::{Note, Outcome, Sight, Watch, bounds};
+use super::truth::{Draw, Truth, fly};
+use crate::bound::MeanBound;
+use crate::runs;
+
+/// What is flown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Its name in files.
+    pub name: &'static str,
+    /// Entries.
+    pub draw: Draw,
+    /// What is read.
+    pub scenario: Scenario,
+    /// By which filters.
+    pub filters: Vec<FilterName>,
+    /// Learning rates of the gating filters.
+    pub rates: Vec<f64>,
+    /// Entries.
+    pub runs: u64,
+    /// Whether the bound belongs to it: only where the filters' model holds.
+    pub has_bound: bool,
+}
+
+/// Root mean squares: position (m), velocity (m/s).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Rmse {
+    /// x, y, z (m), vx, vy, vz (m/s).
+    pub axes: [f64; STATE],
+    /// All axes of the position, m.
+    pub position_m: f64,
+    /// All axes of the velocity, m/s.
+    pub velocity_mps: f64,
+}
+
+impl Rmse {
+    /// Of the mean squares of the components.
+    #[must_use]
+    pub fn of_squares(squares: [f64; STATE]) -> Self {
+        let [x, y, z, vx, vy, vz] = squares;
+        Self { axes: squares.map(f64::sqrt), position_m: (x + y + z).sqrt(), velocity_mps: (vx + vy + vz).sqrt() }
+    }
+
+    /// Of root mean squares.
+    #[must_use]
+    pub fn of_roots(roots: [f64; STATE]) -> Self {
+        Self::of_squares(roots.map(|root| root * root))
+    }
+}
+
+/// An instant of the mean over all entries that flew so long.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Moment {
+    /// Time since entry.
+    pub time_s: f64,
+    /// Root mean square error.
+    pub rmse: [f64; STATE],
+    /// Root mean variance as the filter believes.
+    pub sigma: [f64; STATE],
+}
+
+/// One entry in full.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Trace {
+    /// Times since entry.
+    pub time_s: Vec<f64>,
+    /// Estimate less truth.
+    pub errors: Vec<[f64; STATE]>,
+    /// As the filter believes.
+    pub sigmas: Vec<[f64; STATE]>,
+    /// Of the experts, for a bank.
+    pub weights: Vec<Vec<f64>>,
+}
+
+/// What a filter did in all entries.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FilterResult {
+    /// Its name, with the rate of a gating.
+    pub label: String,
+    /// Entries.
+    pub runs: u64,
+    /// Root mean square at the parachute's opening, over the entries in which it came there.
+    pub rmse: Rmse,
+    /// Mean normalised error there, 6 when the covariance is true.
+    pub nees: Option<f64>,
+    /// Share of instants with an indefinite covariance.
+    pub indefinite_share: f64,
+    /// Entries with a large position error at the end, or without an end.
+    pub diverged: u64,
+    /// Entries in which it stopped.
+    pub failed: u64,
+    /// What it said then, and the earliest and latest time.
+    pub failure: Option<Failure>,
+    /// Nanoseconds of a step on the host.
+    pub step_ns: Option<f64>,
+    /// The same over that of one EKF.
+    pub ekfs: Option<f64>,
+    /// Mean over entries.
+    pub history: Vec<Moment>,
+    /// The first entry.
+    pub first: Trace,
+}
+
+/// How a filter stopped.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Failure {
+    /// In its words.
+    pub words: String,
+    /// Earliest, s after entry.
+    pub first_s: f64,
+    /// Latest.
+    pub last_s: f64,
+}
+
+/// The bound at the parachute's opening.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundResult {
+    /// When the density is unknown.
+    pub unknown_density: Rmse,
+    /// When it is known.
+    pub known_density: Rmse,
+}
+
+/// A case flown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CaseResult {
+    /// Its name.
+    pub name: &'static str,
+    /// 1 or 2.
+    pub scenario: usize,
+    /// What Table 1 means.
+    pub reading: Reading,
+    /// Readings a second.
+    pub rate_hz: f64,
+    /// Entries.
+    pub runs: u64,
+    /// The bound, where the filters' model holds.
+    pub bound: Option<BoundResult>,
+    /// The filters.
+    pub filters: Vec<FilterResult>,
+}
+
+impl CaseResult {
+    /// A filter by its label.
+    #[must_use]
+    pub fn filter(&self, label: &str) -> Option<&FilterResult> {
+        self.filters.iter().find(|filter| filter.label == label)
+    }
+
+    /// The gating with the least position error.
+    #[must_use]
+    pub fn best_gating(&self) -> Option<&FilterResult> {
+        let is_gating = |f: &&FilterResult| f.label.starts_with("gating") && f.failed < f.runs;
+        self.filters.iter().filter(is_gating).min_by(|a, b| a.rmse.position_m.total_cmp(&b.rmse.position_m))
+    }
+}
+
+/// Label of a gating by its rate.
+#[must_use]
+pub fn gating_label(name: FilterName, rate: f64) -> String {
+    format!("{} η {rate}", name.name())
+}
+
+impl Case {
+    /// Rules that one bank of the settings' densities serves together.
+    fn shared_rules(&self, config: &Config) -> Vec<(String, Rule)> {
+        let mut rules = Vec::new();
+        for filter in &self.filters {
+            match filter {
+                FilterName::Gating | FilterName::BareGating => {
+                    let each = self.rates.iter().filter_map(|rate| {
+                        Some((gating_label(*filter, *rate), filters::rule(config, *filter, *rate)?))
+                    });
+                    rules.extend(each);
+                }
+                FilterName::BareProduct | FilterName::Bayes => {
+                    rules.extend(filters::rule(config, *filter, 0.0).map(|rule| (filter.name().to_owned(), rule)));
+                }
+                _ => {}
+            }
+        }
+        rules
+    }
+
+    /// All filters over one entry.
+    fn outcomes(&self, sight: &Sight<'_>) -> Vec<Outcome> {
+        let mut outcomes = Vec::new();
+        let shared = self.shared_rules(sight.config);
+        if !shared.is_empty() {
+            outcomes.extend(sight.constants(&sight.config.bank.densities, &shared));
+        }
+        for filter in &self.filters {
+            outcomes.extend(alone(*filter, sight));
+        }
+        outcomes
+    }
+
+    fn run(&self, config: &Config, seed: u64, run: u64) -> (Vec<Outcome>, Option<Bounds>) {
+        let truth = fly(config, &self.draw, seed, run);
+        let model = filters::model(config);
+        let sight = self.sight(config, &model, &truth, Watch::Record);
+        (self.outcomes(&sight), if self.has_bound { bounds(&sight).ok() } else { None })
+    }
+
+    fn sight<'a>(
+        &self,
+        config: &'a Config,
+        model: &'a fsw_core::nav::estimators::models::Cartesian<1>,
+        truth: &'a Truth,
+        watch: Watch,
+    ) -> Sight<'a> {
+        Sight { config, model, scenario: self.scenario, reading: self.draw.reading, truth, watch }
+    }
+
+    /// Flies all entries; `told` is called after each.
+    #[must_use]
+    pub fn fly(&self, config: &Config, seed: u64, mut told: impl FnMut(u64)) -> CaseResult {
+        let mut sums: BTreeMap<usize, Sums> = BTreeMap::new();
+        let mut least = [MeanBound::default(), MeanBound::default()];
+        runs::for_each(
+            self.runs,
+            |run| self.run(config, seed, run),
+            |run, (outcomes, bounds)| {
+                for (at, outcome) in outcomes.iter().enumerate() {
+                    sums.entry(at).or_default().add(outcome, config.flight.diverged_m);
+                }
+                if let Some(bounds) = bounds {
+                    least.iter_mut().zip(&bounds).for_each(|(mean, bound)| mean.add(bound));
+                }
+                told(run);
+            },
+        );
+        let [unknown, known] = least.map(|mean| Rmse::of_roots(mean.rmse()));
+        let bound = BoundResult { unknown_density: unknown, known_density: known };
+        let mut results: Vec<_> = sums.into_values().map(Sums::result).collect();
+        let order = |result: &FilterResult| {
+            let is = |name: &FilterName| result.label.split(' ').next() == Some(name.name());
+            self.filters.iter().position(is)
+        };
+        results.sort_by_key(order);
+        CaseResult {
+            name: self.name,
+            scenario: self.scenario.number(),
+            reading: self.draw.reading,
+            rate_hz: 1.0 / (self.draw.every as f64 * config.flight.step_s),
+            runs: self.runs,
+            bound: self.has_bound.then_some(bound),
+            filters: results,
+        }
+    }
+
+    /// Times each filter as it would fly, and writes it down in `result`. In each round all of them fly one after the other, so
+    /// that what disturbs the machine disturbs all alike.
+    pub fn time(&self, config: &Config, seed: u64, rounds: usize, result: &mut CaseResult) {
+        let truth = fly(config, &self.draw, seed, 0);
+        let model = filters::model(config);
+        let sight = self.sight(config, &model, &truth, Watch::Nothing);
+        let steps = truth.sensed.len();
+        let once = |one: &dyn Fn() -> Vec<Outcome>| crate::cost::fastest_ns(1, steps, one);
+        let shared = self.shared_rules(config);
+        let mut ekf = f64::INFINITY;
+        // A filter that stops on its way has no cost of a whole flight.
+        let mut timed: Vec<_> =
+            result.filters.iter_mut().filter(|f| f.failed == 0).map(|f| (f, f64::INFINITY)).collect();
+        for _ in 0..rounds {
+            ekf = ekf.min(once(&|| alone(FilterName::Ekf, &sight)));
+            for (filter, least) in &mut timed {
+                let rule = shared.iter().find(|(label, _)| *label == filter.label);
+                let name = self.filters.iter().find(|name| name.name() == filter.label);
+                let ns = match (rule, name) {
+                    (Some(rule), _) => once(&|| sight.constants(&config.bank.densities, std::slice::from_ref(rule))),
+                    (None, Some(name)) => once(&|| alone(*name, &sight)),
+                    (None, None) => continue,
+                };
+                *least = least.min(ns);
+            }
+        }
+        for (filter, least) in timed {
+            (filter.step_ns, filter.ekfs) = (Some(least), Some(least / ekf));
+        }
+    }
+}
+
+type Bounds = [nalgebra::SMatrix<f64, STATE, STATE>; 2];
+
+/// A filter that shares nothing with another.
+fn alone(filter: FilterName, sight: &Sight<'_>) -> Vec<Outcome> {
+    let Sight { config, reading, model, .. } = *sight;
+    let prior = (0.0, filters::density_sigma(config));
+    let rules = || {
+        filters::rule(config, filter, 0.0).map(|rule| (filter.name().to_owned(), rule)).into_iter().collect::<Vec<_>>()
+    };
+    match filter {
+        FilterName::DeadReckoning => vec![sight.dead_reckoning()],
+        FilterName::Ekf => vec![sight.single(filter, &filters::ekf(config, reading, model, 0.0))],
+        FilterName::Schmidt => {
+            vec![sight.single(filter, &filters::augmented(config, reading, model, prior, true))]
+        }
+        FilterName::Augmented => {
+            vec![sight.single(filter, &filters::augmented(config, reading, model, prior, false))]
+        }
+        FilterName::GaussMarkov => vec![sight.single(filter, &filters::gauss_markov(config, reading, model))],
+        FilterName::BayesFine => sight.constants(&config.bank.fine_densities, &rules()),
+        FilterName::Imm => sight.constants(&config.bank.densities, &rules()),
+        FilterName::Experts => sight.cells(&rules()),
+        FilterName::Gating | FilterName::BareGating | FilterName::BareProduct | FilterName::Bayes => Vec::new(),
+    }
+}
+
+/// Sums over entries.
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    result: FilterResult,
+    ended: u64,
+    squares: [f64; STATE],
+    nees: (f64, u64),
+    indefinite: u64,
+    watched: u64,
+    /// By the index of the instant: time, entries, squares, variances.
+    history: Vec<(f64, u64, [f64; STATE], [f64; STATE])>,
+}
+
+fn add(sum: &mut [f64; STATE], more: impl Iterator<Item = f64>) {
+    sum.iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
+}
+
+impl Sums {
+    fn add(&mut self, outcome: &Outcome, diverged_m: f64) {
+        if self.result.runs == 0 {
+            self.result.label.clone_from(&outcome.label);
+            self.result.first = Trace::of(outcome);
+        }
+        self.result.runs += 1;
+        self.indefinite += outcome.indefinite;
+        self.watched += outcome.watched;
+        match (&outcome.failure, outcome.notes.split_last()) {
+            (None, Some((end, before))) => {
+                self.end(end, outcome.nees, diverged_m);
+                self.remember(before);
+            }
+            (failure, _) => {
+                self.result.diverged += 1;
+                self.result.failed += 1;
+                self.stop(failure.clone().unwrap_or_else(|| (0.0, "it saw nothing".to_owned())));
+                self.remember(&outcome.notes);
+            }
+        }
+    }
+
+    fn end(&mut self, end: &Note, nees: Option<f64>, diverged_m: f64) {
+        self.ended += 1;
+        add(&mut self.squares, end.error.iter().map(|e| e * e));
+        let distance = end.error.iter().take(3).map(|e| e * e).sum::<f64>().sqrt();
+        // Written so that what is no number counts as far.
+        let is_near = distance <= diverged_m;
+        self.result.diverged += u64::from(!is_near);
+        if let Some(nees) = nees {
+            self.nees = (self.nees.0 + nees, self.nees.1 + 1);
+        }
+    }
+
+    fn stop(&mut self, (time_s, words): (f64, String)) {
+        let so_far = self.result.failure.get_or_insert(Failure { words, first_s: time_s, last_s: time_s });
+        so_far.first_s = so_far.first_s.min(time_s);
+        so_far.last_s = so_far.last_s.max(time_s);
+    }
+
+    fn remember(&mut self, notes: &[Note]) {
+        for (at, note) in notes.iter().enumerate() {
+            if self.history.len() <= at {
+                self.history.push((note.time_s, 0, [0.0; STATE], [0.0; STATE]));
+            }
+            if let Some((_, count, squares, variances)) = self.history.get_mut(at) {
+                *count += 1;
+                add(squares, note.error.iter().map(|e| e * e));
+                add(variances, note.variance.iter().copied());
+            }
+        }
+    }
+
+    fn result(self) -> FilterResult {
+        let Self { mut result, ended, squares, nees, indefinite, watched, history } = self;
+        result.rmse = Rmse::of_squares(squares.map(|sum| sum / ended as f64));
+        result.nees = (nees.1 > 0).then(|| nees.0 / nees.1 as f64);
+        result.indefinite_share = if watched == 0 { 0.0 } else { indefinite as f64 / watched as f64 };
+        // Means over a few long flights would be another thing than the ones before.
+        let most = history.first().map_or(0, |first| first.1);
+        let is_common = |(_, count, ..): &&(f64, u64, [f64; STATE], [f64; STATE])| 2 * *count >= most;
+        let moment = |&(time_s, count, squares, variances): &(f64, u64, [f64; STATE], [f64; STATE])| Moment {
+            time_s,
+            rmse: squares.map(|sum| (sum / count as f64).sqrt()),
+            sigma: variances.map(|sum| (sum / count as f64).sqrt()),
+        };
+        result.history = history.iter().take_while(is_common).map(moment).collect();
+        result
+    }
+}
+
+impl Trace {
+    fn of(outcome: &Outcome) -> Self {
+        let notes = &outcome.notes;
+        Self {
+            time_s: notes.iter().map(|note| note.time_s).collect(),
+            errors: notes.iter().map(|note| note.error).collect(),
+            sigmas: notes.iter().map(|note| note.variance.map(f64::sqrt)).collect(),
+            weights: outcome.weights.clone(),
+        }
+    }
+}
