@@ -209,6 +209,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     ///
     /// # Errors
     /// The model has no finite value at a point, or an estimate leaves the range of numbers: nothing has changed then.
+    #[inline(never)]
     pub fn predict<M: Process<N, P>>(
         &mut self,
         process: &M,

@@ -57,6 +57,7 @@ impl<const N: usize, const P: usize> Divided<N, P> {
     ///
     /// # Errors
     /// A point where the map has no finite value.
+    #[inline(never)]
     pub fn nonlinearity_by_ranks<F: Map<N, P, O>, const O: usize>(&self, map: &F) -> Result<f64, EstimatorError> {
         let centre = self.evaluate(map, &[0.0; N], None).value;
         // Of all samples, less the middle one: sum; squares of what is left beside the best line of each axis.
