@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use fsw_core::link::parameters::NavigationMode;
 
 use crate::campaign::arguments::{MOST_RUNS, threads, whole};
+use crate::rank::RankArgs;
 use crate::study::StudyCommand;
 use crate::sweep::Range;
 use crate::target::Target;
@@ -45,6 +46,8 @@ pub enum Command {
     Footprint(FootprintArgs),
     /// Propagate one open-loop entry of the truth at a constant bank to CSV.
     Propagate(PropagateArgs),
+    /// Ranks the navigation filters: all on the same recorded link logs, each in closed loop, beside the physical limit.
+    Rank(RankArgs),
     /// Feed recorded link logs to a fresh flight computer and compare every byte of its output.
     Replay(ReplayArgs),
     /// Measure what the flight software costs, per schedule slot and per algorithm, over a set of hard flights.
@@ -363,7 +366,7 @@ pub enum ScenarioCommand {
 }
 
 /// Names of the navigation algorithms as the command line takes them.
-fn navigation_name() -> impl TypedValueParser<Value = NavigationMode> {
+pub(crate) fn navigation_name() -> impl TypedValueParser<Value = NavigationMode> {
     let names = NavigationMode::ALL.iter().map(|mode| PossibleValue::new(mode.name()).help(mode.title()));
     PossibleValuesParser::new(names).map(|name| {
         let found = NavigationMode::ALL.iter().find(|mode| mode.name() == name);

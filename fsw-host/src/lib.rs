@@ -17,6 +17,7 @@ pub mod output;
 pub mod progress;
 pub mod propagate;
 pub mod pump;
+pub mod rank;
 pub mod realtime;
 pub mod record;
 pub mod recorder;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use fsw_host::cli::{Cli, Command};
 use fsw_host::error::HostError;
-use fsw_host::{campaign, fly, footprint, propagate, replay, scenarios, study, sweep, tables, wcet};
+use fsw_host::{campaign, fly, footprint, propagate, rank, replay, scenarios, study, sweep, tables, wcet};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -18,6 +18,7 @@ fn main() -> ExitCode {
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Footprint(args)) => footprint::run(&args),
         Some(Command::Propagate(args)) => propagate::run(&args),
+        Some(Command::Rank(args)) => rank::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::GuidanceTables(args)) => tables::run(&args),
         Some(Command::Wcet(args)) => wcet::run(&args),

@@ -1,0 +1,75 @@
+//! The page of a ranking.
+
+use maud::{Markup, html};
+
+use super::table::{Over, Placed, Ranking};
+use super::{RankArgs, table};
+use crate::campaign::report::document;
+use crate::report::{Axis, Figure, Ink, Mark, Panel, PlotError, Point};
+
+/// Filters that are drawn, where they fly, and their colours; all of them would be no picture.
+const DRAWN: [(&str, Ink); 6] = [
+    ("ekf", Ink::Blue),
+    ("augmented", Ink::Green),
+    ("schmidt", Ink::Sky),
+    ("rddf2-lite", Ink::Orange),
+    ("mmae-bayes", Ink::Purple),
+    ("dead-reckoning", Ink::Vermillion),
+];
+/// Smaller errors are drawn as this one.
+const LEAST: f64 = 1e-2;
+
+/// The page.
+pub(super) fn page(args: &RankArgs, rankings: &[Ranking]) -> Result<String, PlotError> {
+    let sections = rankings.iter().map(|ranking| section(args, ranking)).collect::<Result<Vec<_>, _>>()?;
+    let body = html! {
+        header {
+            p.kicker { "Aeroshell ranking" }
+            h1 { (args.scenario) ": navigation filters on the same bytes" }
+            p { (args.runs) " dispersed entries of seed " (args.seed) ". Each was flown once and its link recorded; every filter then read the same bytes." }
+        }
+        @for section in &sections { (section) }
+    };
+    Ok(document("Aeroshell ranking", &body))
+}
+
+fn section(args: &RankArgs, ranking: &Ranking) -> Result<Markup, PlotError> {
+    let figure = errors(args, ranking).render()?;
+    Ok(html! {
+        section {
+            h2 { "Case " (ranking.case) }
+            div.wide { (figure) }
+            pre { (table::text(args, std::slice::from_ref(ranking))) }
+        }
+    })
+}
+
+fn errors(args: &RankArgs, ranking: &Ranking) -> Figure {
+    let drawn: Vec<(&Placed, Ink)> = DRAWN
+        .iter()
+        .filter_map(|(name, ink)| Some((ranking.filters.iter().find(|placed| placed.filter == *name)?, *ink)))
+        .collect();
+    let line = |over: &[Over], which: usize| -> Vec<Point> {
+        over.iter().map(|point| (point.time_s, point.rmse[which].max(LEAST).log10())).collect()
+    };
+    let panel = |which: usize, time: Axis, name: &str, height| {
+        let bound =
+            Panel::new(time, Axis::fit(name).decades(), height).line(line(&ranking.bound.over_time, which), Ink::Text);
+        drawn.iter().fold(bound, |panel, (placed, ink)| panel.line(line(&placed.over_time, which), *ink))
+    };
+    let legend = drawn.iter().map(|(placed, ink)| (Mark::Line, *ink, placed.filter.to_owned()));
+    Figure {
+        title: "Errors over the flight",
+        caption: format!(
+            "Root mean square over {} entries of the errors in position and velocity, on logarithmic axes. The bound is the least \
+             that any filter can reach which integrates the inertial unit and knows its errors no better than the scenario says.",
+            args.runs
+        ),
+        legend: std::iter::once((Mark::Line, Ink::Text, "Cramér–Rao bound".to_owned())).chain(legend).collect(),
+        panels: vec![
+            panel(0, Axis::fit("").silent(), "position, m", 300),
+            panel(1, Axis::fit("time, s"), "velocity, m/s", 300),
+        ],
+        missing: "Nothing was flown.",
+    }
+}
