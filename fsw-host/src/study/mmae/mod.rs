@@ -114,6 +114,9 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
         let mark = if bar.is_met { style("met   ").green() } else { style("missed").red() };
         let _ = writeln!(out, "  {mark} {:<75} {:>9}   {}", bar.what, table::bar_value(bar), table::bar_limits(bar));
     }
+    let uncertainty = table::uncertainty_pct(study.runs);
+    let _ =
+        writeln!(out, "  one root mean square over {} runs is uncertain by up to {uncertainty} % (1 σ)", study.runs);
     let _ = writeln!(out, "\n  RMSE at the parachute's opening; NEES of six states: 6 is right. An EKF's cost is 1.");
     let _ = writeln!(out, "  page  {}", style(folder.join(papers::PAGE).display()).cyan().bold());
     out

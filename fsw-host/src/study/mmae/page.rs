@@ -104,6 +104,10 @@ fn asked(study: &Study<'_>) -> Markup {
                     }
                 }
             }
+            p.caption {
+                "One root mean square over " (study.runs) " runs is uncertain by up to " (table::uncertainty_pct(study.runs))
+                " % (1 σ); figures of few runs say little about what is asked for 1000."
+            }
         }
     }
 }

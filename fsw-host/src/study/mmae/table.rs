@@ -8,9 +8,9 @@ use crate::report::number;
 /// Columns.
 pub const COLUMNS: usize = 14;
 /// Width of the first column and of the others in the terminal.
-const WIDTHS: (usize, usize) = (23, 9);
+const WIDTHS: (usize, usize) = (22, 10);
 /// What is beyond it is told by its order of magnitude.
-const HUGE: f64 = 1e5;
+const HUGE: f64 = 99_999.5;
 
 /// A row.
 pub type Row = [String; COLUMNS];
@@ -119,6 +119,11 @@ pub fn bar_limits(bar: &Bar) -> String {
         (Some(low), None) => format!("at least {low}"),
         (None, None) => String::new(),
     }
+}
+
+/// Deviation of a root mean square over three axes and `runs` runs, %: 1/√(2·runs) for one axis, the worst case.
+pub fn uncertainty_pct(runs: u64) -> String {
+    figure(100.0 / (2.0 * runs as f64).sqrt(), 1)
 }
 
 /// When and how filters stopped.
