@@ -81,6 +81,10 @@ impl Scalar for f64 {
         fun::cos(self)
     }
     #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        fun::sin_cos(self)
+    }
+    #[inline(always)]
     fn recip(self) -> Self {
         1.0 / self
     }

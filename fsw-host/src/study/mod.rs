@@ -4,12 +4,13 @@
 //! it can be repaired (`segmented-table`). Each mode flies undispersed, timed, and then a whole campaign of its own in a
 //! folder of its own, so that a study that was stopped goes on where it was, and `compare` and `fly` can follow up.
 //!
-//! [`sekf`] is P1's, [`ddf`] P2's. The studies of filters share [`papers`]: options, configuration, folder; their engines are in
-//! `fsw-study`.
+//! [`sekf`] is P1's, [`ddf`] P2's, [`mmae`] P3's. The studies of filters share [`papers`]: options, configuration, folder;
+//! their engines are in `fsw-study`.
 
 pub mod ddf;
 mod figures;
 mod folder;
+pub mod mmae;
 mod nominal;
 mod options;
 mod page;
@@ -120,6 +121,7 @@ pub fn run(command: &StudyCommand) -> Result<bool, HostError> {
         StudyCommand::Npc(args) => npc(args),
         StudyCommand::Sekf(args) => sekf::run(args),
         StudyCommand::Ddf(args) => ddf::run(args),
+        StudyCommand::Mmae(args) => mmae::run(args),
     }
 }
 

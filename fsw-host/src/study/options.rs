@@ -18,6 +18,8 @@ pub enum StudyCommand {
     Sekf(super::sekf::SekfArgs),
     /// P2 (Deng, Yu 2018): desensitized divided-difference filters of adaptive order against others in unknown air.
     Ddf(super::ddf::DdfArgs),
+    /// P3 (Deng et al. 2017): multiple-model filters against density errors, and the Cramér–Rao bound.
+    Mmae(super::mmae::MmaeArgs),
 }
 
 /// Options of a study.

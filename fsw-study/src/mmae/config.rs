@@ -409,7 +409,7 @@ impl Default for Models {
 
 impl Default for Augmented {
     fn default() -> Self {
-        // The prior's 0.058 with the waves' 0.014 on it; over half a wave (30 s) the process walks as far as a wave of 2 % goes.
+        // The prior's 0.058 with the waves' 0.014 on it; within half a wave, some 30 s, the process walks as far as a wave goes.
         Self { walk_psqrts: 0.0, experts: 7, markov_sigma: 0.06, markov_s: 1_000.0, bias_ug: 3_000.0 }
     }
 }
@@ -434,7 +434,7 @@ impl Default for Rated {
 
 impl Default for Robust {
     fn default() -> Self {
-        Self { wave: 0.02, wavelength_m: 20_000.0, bias_ug: 3_000.0, share_of_runs: 1.0 }
+        Self { wave: 0.02, wavelength_m: 10_000.0, bias_ug: 3_000.0, share_of_runs: 1.0 }
     }
 }
 

@@ -18,8 +18,8 @@ use filters::Scenario;
 use serde::Serialize;
 use truth::Draw;
 
-/// Flights of which the fastest is a filter's cost.
-pub const TIMED_FLIGHTS: usize = 12;
+/// Short flights of which the fastest is a filter's cost.
+pub const TIMED_FLIGHTS: usize = 60;
 
 /// The whole study, flown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -91,6 +91,11 @@ pub fn cases(config: &Config, runs: u64) -> Vec<Case> {
 }
 
 impl Study {
+    /// Every case, in the order of the page.
+    pub fn all(&self) -> impl Iterator<Item = &CaseResult> {
+        [&self.fixed, &self.table5, &self.ranking, &self.robust].into_iter().flatten()
+    }
+
     /// Flies everything. `told` hears the case and the entry after each.
     #[must_use]
     pub fn fly(config: &Config, seed: u64, runs: u64, mut told: impl FnMut(&Case, u64)) -> Self {

@@ -343,3 +343,69 @@ fn bound_of<const J: usize, const W: usize>(
     }
     Ok(bound.covariance().fixed_view::<STATE, STATE>(0, 0).into_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::truth::{Draw, fly};
+    use super::*;
+
+    fn short() -> Config {
+        let mut config = Config::default();
+        config.flight.longest_s = 80.0;
+        config
+    }
+
+    const DRAW: Draw = Draw { reading: TableReading::A, every: 1, fixed_density: None, is_robust: false };
+
+    fn rules() -> Vec<(String, Rule)> {
+        vec![
+            ("gating".to_owned(), Rule::Gating { rate: 0.1 }),
+            ("bayes".to_owned(), Rule::Bayes { floor: 0.0 }),
+            ("product".to_owned(), Rule::BareProduct),
+        ]
+    }
+
+    #[test]
+    fn a_bank_that_serves_several_rules_gives_each_what_a_bank_of_its_own_does() {
+        let config = short();
+        let (truth, model) = (fly(&config, &DRAW, 2, 0), filters::model(&config));
+        for scenario in Scenario::BOTH {
+            let sight = Sight {
+                config: &config,
+                model: &model,
+                scenario,
+                reading: DRAW.reading,
+                truth: &truth,
+                watch: Watch::Record,
+            };
+            let together = sight.constants(&config.bank.densities, &rules());
+            for (rule, shared) in rules().into_iter().zip(&together) {
+                let alone = sight.constants(&config.bank.densities, &[rule]);
+                assert_eq!(alone, std::slice::from_ref(shared), "{}", shared.label);
+            }
+            assert!(together[2].failure.is_some() && together[1].failure.is_none());
+        }
+    }
+
+    #[test]
+    fn a_bank_of_another_size_is_as_good() {
+        let config = short();
+        let (truth, model) = (fly(&config, &DRAW, 2, 1), filters::model(&config));
+        let sight = Sight {
+            config: &config,
+            model: &model,
+            scenario: Scenario::One,
+            reading: DRAW.reading,
+            truth: &truth,
+            watch: Watch::Record,
+        };
+        let [only] = &sight.constants(&[0.0], &rules()[1..2])[..] else { panic!("one rule, one outcome") };
+        let single = sight.single(FilterName::Ekf, &filters::ekf(&config, DRAW.reading, &model, 0.0));
+        assert_eq!(only.notes.len(), single.notes.len());
+        for (a, b) in only.notes.iter().zip(&single.notes) {
+            // A bank of one is its expert, but for the rounding of its covariance's root.
+            assert_eq!(a.error, b.error);
+            assert!(a.variance.iter().zip(&b.variance).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
+        }
+    }
+}

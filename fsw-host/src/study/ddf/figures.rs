@@ -55,18 +55,11 @@ pub fn errors(config: &Config, outcomes: &[Outcome]) -> Figure {
     .into_iter()
     .filter_map(|(kind, ink)| Some((middle(outcomes, kind)?, ink)))
     .collect();
-    let panel = |state: usize| {
-        let (x, height) = time(state + 1 == STATES);
-        let label = AXES.get(state).map_or("", |axis| axis.0);
-        shown.iter().fold(Panel::new(x, Axis::fit(label).decades(), height), |panel, (outcome, ink)| {
-            panel.line(state_errors(config, outcome, state), *ink)
-        })
-    };
     Figure {
         title: "State errors (P2, Fig. 2)",
         caption: "Root mean square over all runs, logarithmic.".into(),
         legend: shown.iter().map(|(outcome, ink)| (Mark::Line, *ink, outcome.name.clone())).collect(),
-        panels: (0..STATES).map(panel).collect(),
+        panels: (0..STATES).map(|state| state_panel(config, &shown, state, state + 1 == STATES)).collect(),
         missing: "No filter was flown.",
     }
 }
@@ -74,6 +67,28 @@ pub fn errors(config: &Config, outcomes: &[Outcome]) -> Figure {
 /// The outcomes of the thresholds of a kind, at most three, with their inks.
 fn thresholds(outcomes: &[Outcome], kind: Kind) -> Vec<(&Outcome, Ink)> {
     outcomes.iter().filter(|outcome| outcome.filter.kind == kind).zip(THRESHOLDS).collect()
+}
+
+fn threshold_legend(shown: &[(&Outcome, Ink)]) -> Vec<(Mark, Ink, String)> {
+    let name = |outcome: &Outcome| outcome.filter.threshold.map_or_else(String::new, |t| format!("threshold {t}"));
+    shown.iter().map(|(outcome, ink)| (Mark::Line, *ink, name(outcome))).collect()
+}
+
+/// A logarithmic axis that shows whole decades.
+fn whole_decades<'a>(label: &str, curves: impl Iterator<Item = &'a Vec<Point>>) -> Axis {
+    let values: Vec<f64> = curves.flatten().map(|(_, value)| *value).filter(|value| value.is_finite()).collect();
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min).floor();
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max).ceil();
+    if values.is_empty() { Axis::fit(label).decades() } else { Axis::fixed(label, low, high).decades() }
+}
+
+/// A panel of a state's errors.
+fn state_panel(config: &Config, shown: &[(&Outcome, Ink)], state: usize, is_last: bool) -> Panel {
+    let (x, height) = time(is_last);
+    let label = AXES.get(state).map_or("", |axis| axis.0);
+    let curves: Vec<_> = shown.iter().map(|(outcome, _)| state_errors(config, outcome, state)).collect();
+    let panel = Panel::new(x, whole_decades(label, curves.iter()), height);
+    curves.into_iter().zip(shown).fold(panel, |panel, (curve, (_, ink))| panel.line(curve, *ink))
 }
 
 fn mean_orders(config: &Config, outcome: &Outcome) -> Vec<Point> {
@@ -95,7 +110,7 @@ pub fn nonlinearity(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure
     }
     for (outcome, ink) in &shown {
         if let Some(threshold) = outcome.filter.threshold {
-            degree = degree.level(decades(threshold), *ink, threshold.to_string());
+            degree = degree.level(decades(threshold), *ink, "");
         }
     }
     let is_rank = kind == Kind::ArddfRank;
@@ -115,7 +130,7 @@ pub fn nonlinearity(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure
              deviations of start and noise."
                 .into()
         },
-        legend: Vec::new(),
+        legend: threshold_legend(&shown),
         panels: vec![order, degree],
         missing: "No adaptive filter was flown.",
     }
@@ -124,14 +139,7 @@ pub fn nonlinearity(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure
 /// Figs. 4 and 5: speed errors and order under three thresholds.
 pub fn three(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure {
     let shown = thresholds(outcomes, kind);
-    let (speed, position) = (1, 0);
-    let errors = |state: usize| {
-        let (x, height) = time(false);
-        let label = AXES.get(state).map_or("", |axis| axis.0);
-        shown.iter().fold(Panel::new(x, Axis::fit(label).decades(), height), |panel, (outcome, ink)| {
-            panel.line(state_errors(config, outcome, state), *ink)
-        })
-    };
+    let (radius, speed) = (0, 1);
     let (x, height) = time(true);
     let order = shown
         .iter()
@@ -147,14 +155,8 @@ pub fn three(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure {
         caption:
             "Root mean square errors, logarithmic, and the mean order. A lower threshold is longer of second order."
                 .into(),
-        legend: shown
-            .iter()
-            .map(|(outcome, ink)| {
-                let threshold = outcome.filter.threshold.map_or_else(String::new, |threshold| threshold.to_string());
-                (Mark::Line, *ink, format!("threshold {threshold}"))
-            })
-            .collect(),
-        panels: vec![errors(position), errors(speed), order],
+        legend: threshold_legend(&shown),
+        panels: vec![state_panel(config, &shown, radius, false), state_panel(config, &shown, speed, false), order],
         missing: "No adaptive filter was flown.",
     }
 }

@@ -34,7 +34,7 @@ pub const NOTES: [&str; 4] = [
     "In brackets an independent implementation at 200 runs. Errors: root mean square over runs, then the mean from 20 s on.",
     "NEES of six states: 6 is right. Indefinite: share of steps. Cost: instructions relative to RDDF1, of this machine.",
     "Tuned: process noise and what is believed of accelerations and pressure searched (--tune); \"for forces\" scales the",
-    "noise of speed, path angle and heading alone. No factor comes near RDDF1 in position and in speed at once.",
+    "noise of speed, path angle and heading alone. No pair of either grid comes near RDDF1 in position and in speed.",
 ];
 
 /// A figure, or a dash where there is none.
@@ -45,12 +45,18 @@ pub fn figure(value: Option<f64>, decimals: usize) -> String {
 /// A row for each filter.
 pub fn rows(flown: &[Flown]) -> Vec<[String; COLUMNS]> {
     let base = flown.iter().find(|f| f.outcome.filter.kind == Kind::Rddf1).and_then(|f| f.instructions_per_step);
-    flown.iter().map(|flown| row(flown, base)).collect()
+    let is_middle = |f: &Flown| {
+        let kind: Vec<_> = flown.iter().filter(|other| other.outcome.filter.kind == f.outcome.filter.kind).collect();
+        kind.get(kind.len() / 2).is_some_and(|middle| std::ptr::eq(*middle, f))
+    };
+    flown.iter().map(|flown| row(flown, base, is_middle(flown))).collect()
 }
 
-fn row(flown: &Flown, base: Option<f64>) -> [String; COLUMNS] {
+/// Of several thresholds only the middle one is comparable.
+fn row(flown: &Flown, base: Option<f64>, is_comparable: bool) -> [String; COLUMNS] {
     let o = &flown.outcome;
-    let known = reference::of(o.filter.kind);
+    let known = reference::of(o.filter.kind).filter(|_| is_comparable);
+    let paper_s = reference::paper_s(o.filter.kind).filter(|_| is_comparable);
     let beside = |value: f64, decimals: usize, known: Option<f64>| match known {
         Some(known) => format!("{} ({})", number(value, decimals), number(known, decimals)),
         None => number(value, decimals),
@@ -67,7 +73,7 @@ fn row(flown: &Flown, base: Option<f64>) -> [String; COLUMNS] {
         number(100.0 * o.indefinite_share, 1),
         o.diverged.to_string(),
         number(o.host_ms_per_run, 1),
-        figure(reference::paper_s(o.filter.kind), 2),
+        figure(paper_s, 2),
         figure(flown.instructions_per_step, 0),
         relative.map_or_else(|| "–".to_owned(), |relative| beside(relative, 2, known.map(|k| k.cost))),
     ]

@@ -1,0 +1,123 @@
+//! `study mmae`: P3's experiment. A bank of EKFs, each with a density of its own, under the paper's gating and its rivals,
+//! against filters that estimate the density and against the bound that none can pass.
+
+mod figures;
+mod page;
+mod table;
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use clap::Args;
+use console::style;
+use fsw_study::mmae::bars::{Bar, bars};
+use fsw_study::mmae::config::Config;
+use fsw_study::mmae::{Study as Flown, cases};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::papers::{self, PaperArgs};
+use crate::campaign::write_json;
+use crate::error::HostError;
+use crate::output::{print, print_json};
+use crate::runfolder::write_whole;
+
+/// Runs when nothing is said: the paper's.
+const DEFAULT_RUNS: u64 = 1_000;
+/// Where the paper is.
+const PAPER: &str =
+    "P3: Deng, Gao, Cui, J. Deep Space Exploration 4 (6), 535-543, 2017, doi 10.15982/j.issn.2095-7777.2017.06.006";
+
+/// Options of the study.
+#[derive(Clone, Debug, Args)]
+pub struct MmaeArgs {
+    /// Options of every study of filters.
+    #[command(flatten)]
+    pub paper: PaperArgs,
+}
+
+/// Content of `study.json`.
+#[derive(Serialize)]
+struct Study<'a> {
+    study: &'static str,
+    paper: &'static str,
+    command: &'a str,
+    seed: u64,
+    runs: u64,
+    config: &'a Config,
+    bars: &'a [Bar],
+    cases: &'a Flown,
+}
+
+/// Runs the command; true when no covariance became indefinite.
+///
+/// # Errors
+/// Bad input, or files that cannot be written.
+pub fn run(args: &MmaeArgs) -> Result<bool, HostError> {
+    let config = args.paper.load(Config::check)?;
+    let runs = args.paper.runs(DEFAULT_RUNS)?;
+    let folder = args.paper.folder("mmae", runs)?;
+    papers::write(&config, &folder.join(papers::CONFIG))?;
+    let bar = progress(args, &config, runs);
+    let flown = args.paper.on_threads(|| {
+        Flown::fly(&config, args.paper.seed, runs, |case, _| {
+            bar.set_message(format!("{}, scenario {}", case.name, case.scenario.number()));
+            bar.inc(1);
+        })
+    })?;
+    bar.finish_and_clear();
+    let command = args.paper.command_with_numbers("mmae", runs);
+    let bars = bars(&flown);
+    let study = Study {
+        study: "mmae",
+        paper: PAPER,
+        command: &command,
+        seed: args.paper.seed,
+        runs,
+        config: &config,
+        bars: &bars,
+        cases: &flown,
+    };
+    let page = page::html(&study).map_err(|e| HostError::Option(e.to_string()))?;
+    write_whole(&folder.join(papers::PAGE), |out| out.write_all(page.as_bytes()))?;
+    write_whole(&folder.join(papers::JSON), |out| write_json(&study, out))?;
+    if args.paper.json {
+        print_json(&study)?;
+    } else if !args.paper.quiet {
+        print(&screen(&study, &folder))?;
+    }
+    Ok(flown.all().flat_map(|case| &case.filters).all(|filter| filter.indefinite_share == 0.0))
+}
+
+/// A bar over all entries of all cases.
+fn progress(args: &MmaeArgs, config: &Config, runs: u64) -> ProgressBar {
+    let all = cases(config, runs).iter().map(|case| case.runs).sum();
+    let bar = if args.paper.quiet || args.paper.json { ProgressBar::hidden() } else { ProgressBar::new(all) };
+    let style = ProgressStyle::with_template("  {bar:28.cyan/blue} {pos}/{len}  {msg}");
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn screen(study: &Study<'_>, folder: &Path) -> String {
+    let mut out = String::new();
+    let head = format!("P3 (Deng et al. 2017): {} runs of seed {} a case", study.runs, study.seed);
+    let _ = writeln!(out, "\n  {}\n", style(head).bold());
+    for case in study.cases.all() {
+        let _ = writeln!(out, "  {}", style(table::title(case)).bold());
+        for row in table::rows(case) {
+            let _ = writeln!(out, "  {}", table::line(&row));
+        }
+        let _ = writeln!(out);
+    }
+    let _ = writeln!(out, "  {}", style("What is asked of the figures").bold());
+    for bar in study.bars {
+        let mark = if bar.is_met { style("met   ").green() } else { style("missed").red() };
+        let _ = writeln!(out, "  {mark} {:<75} {:>9}   {}", bar.what, table::bar_value(bar), table::bar_limits(bar));
+    }
+    let uncertainty = table::uncertainty_pct(study.runs);
+    let _ =
+        writeln!(out, "  one root mean square over {} runs is uncertain by up to {uncertainty} % (1 σ)", study.runs);
+    let _ = writeln!(out, "\n  RMSE at the parachute's opening; NEES of six states: 6 is right. An EKF's cost is 1.");
+    let _ = writeln!(out, "  page  {}", style(folder.join(papers::PAGE).display()).cyan().bold());
+    out
+}
