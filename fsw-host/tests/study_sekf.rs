@@ -117,7 +117,7 @@ fn the_experiment_is_flown_compared_and_drawn_the_same_on_any_number_of_threads(
 fn the_search_writes_settings_that_the_study_flies_with() {
     let scratch = Scratch::new("tune");
     scratch.config(
-        "[experiment]\nduration_s = 60\n[tuning]\nruns = 2\nprocess = [0.3, 0.9]\naccelerometer = [3.0]\ninput = [0.7]\n",
+        "[experiment]\nduration_s = 60\n[tuning]\nruns = 2\ngrid_runs = 1\nfactors = [2.0]\nprocess = [0.3, 0.9]\naccelerometer = [3.0]\ninput = [0.7]\n",
     );
     let tuned = scratch.study(&["my.toml", "--tune", "--out", "t", "--quiet"]);
     assert!(tuned.status.success(), "{}", stderr(&tuned));
@@ -127,7 +127,13 @@ fn the_search_writes_settings_that_the_study_flies_with() {
     assert!(flown.status.success(), "{}", stderr(&flown));
     let study: Value = serde_json::from_slice(&flown.stdout).expect("JSON");
     let settings = &outcome(&study, "tuned", "aekf12")["settings"];
-    assert_eq!((&settings["accelerometer"], &settings["input"]), (&Value::from(3.0), &Value::from(0.7)));
+    let (accelerometer, input) = (settings["accelerometer"].as_f64(), settings["input"].as_f64());
+    let line =
+        format!("accelerometer = {:?}\ninput = {:?}", accelerometer.expect("a number"), input.expect("a number"));
+    assert!(text(&scratch.0.join("t/tuned.toml")).contains(&line), "{line}");
+    let shipped = scratch.study(&["--config", "my.toml", "--runs", "1", "--out", "s", "--json"]);
+    let shipped: Value = serde_json::from_slice(&shipped.stdout).expect("JSON");
+    assert_ne!(&outcome(&shipped, "tuned", "aekf12")["settings"], settings);
 }
 
 #[test]

@@ -26,7 +26,16 @@ fn main() -> Result<(), String> {
     let tuned = TunedFile::shipped()?;
     for case in &CASES {
         println!("{}", case.title);
-        for o in fly(case, (&config, &tuned.tuned), (seed, runs)).filters {
+        let flown = fly(case, (&config, &tuned.tuned), (seed, runs));
+        for l in &flown.limits {
+            println!(
+                "  {:20} position {:8.1} m  EKF/bound {:6.3}",
+                l.knowledge.name(),
+                l.position_rmse_m,
+                l.ratio_to_ekf
+            );
+        }
+        for o in flown.filters {
             println!(
                 "  {:16} position {:8.1} m  EKF/filter {:6.3}  NEES {:9.3}  indefinite {:8.1e}  diverged {:3} failed {:3}  {:6.0} ns",
                 o.filter.name(),

@@ -7,6 +7,7 @@ use super::config::{Config, Settings};
 use super::draw::{Draw, Suite};
 use super::filters::Setup;
 use super::kind::Kind;
+use super::limit::{Limit, limits};
 use super::tuned::Tuned;
 use crate::cost::fastest_ns;
 use crate::runs;
@@ -84,6 +85,8 @@ pub struct Flown {
     pub title: &'static str,
     /// One of each filter.
     pub filters: Vec<Outcome>,
+    /// What none of them can go below.
+    pub limits: Vec<Limit>,
 }
 
 /// What a filter did in all runs of a case.
@@ -109,7 +112,7 @@ pub struct Outcome {
     pub diverged: u64,
     /// Those of them that were stopped by an error.
     pub failed: u64,
-    /// Host time of a step, ns, the fastest of some flights.
+    /// Host time of a step, ns, the fastest of some flights; not a number when runs were stopped.
     pub host_ns_per_step: f64,
     /// Root mean square error of each state after each step.
     #[serde(skip)]
@@ -147,10 +150,15 @@ pub fn fly(case: &Case, (config, tuned): (&Config, &[Tuned]), (seed, runs): (u64
     let draw = Draw::new(config, &suite, seed, 0);
     for outcome in &mut outcomes {
         outcome.ratio_to_ekf = geometric_ratio(&reference, &outcome.rmse);
+        if outcome.failed > 0 {
+            continue;
+        }
         let once = || setup.fly(outcome.filter, &outcome.settings, &draw, Watch::Nothing);
         outcome.host_ns_per_step = fastest_ns(TIMED_FLIGHTS, config.steps(), once);
     }
-    Flown { case: case.name, title: case.title, filters: outcomes }
+    let mut limits = limits(case, config, &suite, (seed, runs));
+    limits.iter_mut().for_each(|limit| limit.ratio_to_ekf = geometric_ratio(&reference, &limit.rmse));
+    Flown { case: case.name, title: case.title, filters: outcomes, limits }
 }
 
 impl Outcome {

@@ -97,8 +97,20 @@ impl Input {
     /// α at a time.
     #[must_use]
     pub fn alpha(&self, time_s: f64) -> f64 {
-        let piece = (time_s / self.piece_s) as usize;
-        self.profile.get(piece).or(self.profile.last()).copied().unwrap_or(0.0)
+        self.profile.get(self.piece(time_s)).copied().unwrap_or(0.0)
+    }
+
+    /// Which piece holds at a time.
+    #[must_use]
+    pub fn piece(&self, time_s: f64) -> usize {
+        ((time_s / self.piece_s) as usize).min(self.profile.len().saturating_sub(1))
+    }
+
+    /// Root mean square of each component of b over the pieces.
+    #[must_use]
+    pub fn root_mean_square(&self) -> [f64; STATES] {
+        let mean = self.profile.iter().map(|alpha| alpha * alpha).sum::<f64>() / self.profile.len().max(1) as f64;
+        self.amplitude.map(|amplitude| amplitude * mean.sqrt())
     }
 }
 

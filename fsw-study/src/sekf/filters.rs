@@ -16,11 +16,11 @@ use crate::track::{Track, Watch};
 /// Parameters of the spherical model.
 pub(super) const PARAMETERS: usize = 2;
 /// State and unknown input.
-const WITH_INPUT: usize = 2 * STATES;
+pub(super) const WITH_INPUT: usize = 2 * STATES;
 /// Parameters after them.
-const WITH_PARAMETERS: usize = WITH_INPUT + PARAMETERS;
+pub(super) const WITH_PARAMETERS: usize = WITH_INPUT + PARAMETERS;
 /// And the accelerometer's bias.
-const WITH_BIAS: usize = WITH_PARAMETERS + 3;
+pub(super) const WITH_BIAS: usize = WITH_PARAMETERS + 3;
 
 /// A case as the filters see it.
 pub struct Setup<'a> {

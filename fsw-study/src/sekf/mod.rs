@@ -10,6 +10,7 @@ pub mod config;
 pub mod draw;
 pub mod filters;
 pub mod kind;
+pub mod limit;
 mod printed;
 pub mod reference;
 pub mod table1;

@@ -2,7 +2,7 @@
 //! both under three thresholds (figs. 4 and 5).
 
 use fsw_study::ddf::reference::middle;
-use fsw_study::ddf::{Config, Kind, Outcome, STATES};
+use fsw_study::ddf::{Config, Kind, Outcome, STATES, Units};
 
 use crate::report::{Axis, Figure, Ink, Mark, Panel, Point};
 
@@ -122,8 +122,11 @@ pub fn nonlinearity(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure
         },
         caption: if is_rank {
             format!(
-                "Means over all runs at the middle threshold; the degree is P2's, of [F(x); h(F(x))], in {:?} units.",
-                config.filters.rank_units
+                "Means over all runs at the middle threshold; the degree is P2's, of [F(x); h(F(x))], {}.",
+                match config.filters.rank_units {
+                    Units::Raw => "in m, m/s, rad and Pa as they are",
+                    Units::Deviations => "in standard deviations of start and noise",
+                }
             )
         } else {
             "Means over all runs at the middle threshold; the degree is that of step and measurements together, in standard \

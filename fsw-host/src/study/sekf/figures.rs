@@ -4,6 +4,7 @@ use fsw_study::sekf::STATES;
 use fsw_study::sekf::cases::Outcome;
 use fsw_study::sekf::config::Config;
 use fsw_study::sekf::kind::Kind;
+use fsw_study::sekf::limit::{Knowledge, Limit};
 
 use crate::report::{Axis, Figure, Ink, Mark, Panel, Point};
 
@@ -101,20 +102,32 @@ pub fn single(config: &Config, outcomes: &[Outcome]) -> Figure {
     }
 }
 
-/// Fig. 3: root mean square errors of a case, logarithmic.
-pub fn rmse(config: &Config, title: &'static str, caption: &str, outcomes: &[Outcome], kinds: &[Kind]) -> Figure {
+/// Fig. 3: root mean square errors of a case, logarithmic, and the bound of who does not know the input.
+pub fn rmse(
+    config: &Config,
+    title: &'static str,
+    caption: &str,
+    (outcomes, limits): (&[Outcome], &[Limit]),
+    kinds: &[Kind],
+) -> Figure {
     let shown = of(outcomes, kinds);
-    let curve = |o: &Outcome, state: usize| -> Vec<Point> {
+    let curve = |history: &[[f64; STATES]], state: usize| -> Vec<Point> {
         let time = |index: usize| (index + 1) as f64 * config.experiment.step_s;
-        o.history.iter().enumerate().map(|(index, rmse)| (time(index), value(rmse, state).log10())).collect()
+        history.iter().enumerate().map(|(index, rmse)| (time(index), value(rmse, state).log10())).collect()
     };
+    let bound = limits.iter().find(|limit| limit.knowledge == Knowledge::Statistics);
+    let named = bound.map(|limit| (Mark::Line, Ink::Muted, limit.knowledge.name().to_owned()));
     Figure {
         title,
         caption: caption.to_owned(),
-        legend: legend(&shown),
+        legend: legend(&shown).into_iter().chain(named).collect(),
         panels: panels(
             |state| Axis::fit(label(state)).decades(),
-            |panel, state| shown.iter().fold(panel, |panel, o| panel.line(curve(o, state), ink(o.filter))),
+            |panel, state| {
+                let panel =
+                    bound.iter().fold(panel, |panel, limit| panel.thin(curve(&limit.history, state), Ink::Muted));
+                shown.iter().fold(panel, |panel, o| panel.line(curve(&o.history, state), ink(o.filter)))
+            },
         ),
         missing: "No filter was flown.",
     }

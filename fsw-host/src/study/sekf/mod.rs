@@ -142,11 +142,15 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
         for outcome in &case.filters {
             let _ = writeln!(out, "  {}", table::line(&table::cells(case.case, outcome)));
         }
+        for limit in &case.limits {
+            let _ = writeln!(out, "  {}", table::line(&table::limit_cells(limit)));
+        }
         let _ = writeln!(out);
     }
     let notes = [
         "EKF/filter is the geometric mean over the six states of the ratio of their RMSE: above 1 is better than the EKF.",
         "Reference: an independent implementation at 1 s and 500 runs. NEES of six states: 6 is right.",
+        "Bounds are Cramér and Rao's: for who knows input and bias, and for who knows when the input jumps and its size.",
         "Rows of the equations as printed are there to teach; a filter that lost its runs has no figure.",
     ];
     for note in notes {

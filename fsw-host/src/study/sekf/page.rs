@@ -5,7 +5,7 @@ use fsw_study::sekf::kind::Kind;
 use fsw_study::sekf::tuned::TunedFile;
 use maud::{Markup, html};
 
-use super::table::{HEADS, cells, figure};
+use super::table::{HEADS, cells, figure, limit_cells};
 use super::{Study, figures};
 use crate::campaign::report::document;
 use crate::report::{Figure, PlotError};
@@ -13,7 +13,8 @@ use crate::report::{Figure, PlotError};
 /// Where the study departs from the print, and why.
 const DEPARTURES: [&str; 5] = [
     "eq. 19, S₁ = P₁, is not the covariance it stands for; flown is the exact start, in the joint form: the SEKF is a filter \
-     with the unknown input as a second half of its state, whose gain is tied to that of the first half.",
+     with the unknown input as a second half of its state, whose gain is tied to that of the first half. As printed, the first self-calibrated predictions have a covariance that \
+     is none.",
     "eq. 12, 14 and 16 lose the covariance's symmetry to rounding step by step, whatever the start; the joint form, kept as a \
      triangular factor, cannot. Rows \"SEKF as printed\" and \"SEKF (12)+(16)\" (the same with the exact start) show it.",
     "eq. 23 prints +D in the rate of the speed; flown is −D as in eq. 20.",
@@ -24,7 +25,9 @@ const DEPARTURES: [&str; 5] = [
 /// The page.
 pub fn html(study: &Study<'_>, tuned: &TunedFile) -> Result<String, PlotError> {
     let config = study.config;
-    let case = |name: &str| study.cases.iter().find(|case| case.case == name).map_or(&[][..], |case| &case.filters);
+    let flown = |name: &str| study.cases.iter().find(|case| case.case == name);
+    let case = |name: &str| flown(name).map_or(&[][..], |case| &case.filters);
+    let limits = |name: &str| flown(name).map_or(&[][..], |case| &case.limits);
     let drawn = [
         figures::profile(config),
         figures::single(config, case("untuned")),
@@ -32,21 +35,21 @@ pub fn html(study: &Study<'_>, tuned: &TunedFile) -> Result<String, PlotError> {
             config,
             "Root mean square errors, untuned (P1, Fig. 3)",
             "All runs, logarithmic. The EKF is biased by every piece of the input; the SEKF follows it at the cost of noise.",
-            case("untuned"),
+            (case("untuned"), limits("untuned")),
             &[Kind::Ekf, Kind::Sekf],
         ),
         figures::rmse(
             config,
             "Root mean square errors, each filter tuned",
             "The same for filters whose process noise and accelerometer noise were searched, each on the same grid.",
-            case("tuned"),
+            (case("tuned"), limits("tuned")),
             &[Kind::Ekf, Kind::Sekf, Kind::Aekf12],
         ),
         figures::rmse(
             config,
             "Root mean square errors, tuned, wrong parameters",
             "Density, drag area and lift of the filters are 10 % too large (Table 1).",
-            case("tuned-wrong"),
+            (case("tuned-wrong"), limits("tuned-wrong")),
             &[Kind::Ekf, Kind::Sekf, Kind::Aekf17],
         ),
     ];
@@ -67,7 +70,8 @@ pub fn html(study: &Study<'_>, tuned: &TunedFile) -> Result<String, PlotError> {
             (config.experiment.average_from_s) " s on; above 1 is better than the EKF of the same case. Reference: an \
             independent implementation in another language at 1 s and 500 runs. NEES: mean over the same time, 6 is right. \
             Indefinite: share of steps whose covariance is. ns: of this machine, one thread, the fastest of some flights. \
-            A filter that lost its runs has no figure. Rows of the equations as printed are there to teach, not shipped."
+            Bounds: posterior Cramér–Rao, for a filter that knows input and bias, and for one that knows of the input when it \
+            jumps and its root mean square. A filter that lost its runs has no figure. Rows of the equations as printed are there to teach, not shipped."
         }
         section { h2 { "Plots" } div.grid { @for figure in &drawn? { (figure) } } }
         (settings(study, tuned))
@@ -106,35 +110,50 @@ fn table(case: &Flown) -> Markup {
                             @for (at, cell) in cells(case.case, outcome).iter().enumerate() {
                                 @if at == 0 { th.text { (cell) } } @else { td { (cell) } }
                             }
-                            td { (figure(outcome.pull_in_peak_m, 0)) }
+                            td { (figure(if outcome.failed > 0 { f64::NAN } else { outcome.pull_in_peak_m }, 0)) }
+                        }
+                    }
+                    @for limit in &case.limits {
+                        tr {
+                            @for (at, cell) in limit_cells(limit).iter().enumerate() {
+                                @if at == 0 { th.text { (cell) } } @else { td { (cell) } }
+                            }
+                            td {}
                         }
                     }
                 }
             }
             details {
                 summary { "Errors of each state" }
-                (states(&case.filters))
+                (states(case))
             }
         }
     }
 }
 
-fn states(outcomes: &[Outcome]) -> Markup {
+fn states(case: &Flown) -> Markup {
+    let filters = case.filters.iter().map(|outcome: &Outcome| (outcome.filter.name(), &outcome.rmse));
+    let limits = case.limits.iter().map(|limit| (limit.knowledge.name(), &limit.rmse));
     html! {
         table.overlay {
             thead { tr { th.text { "RMSE" } @for (name, _) in figures::AXES { th { (name) } } } }
             tbody {
-                @for outcome in outcomes {
+                @for (name, rmse) in filters.chain(limits) {
                     tr {
-                        th.text { (outcome.filter.name()) }
-                        @for state in 0..outcome.rmse.len() {
-                            td { (figure(figures::value(&outcome.rmse, state), if state < 2 { 2 } else { 4 })) }
+                        th.text { (name) }
+                        @for state in 0..rmse.len() {
+                            td { (figure(figures::value(rmse, state), if state < 2 { 2 } else { 5 })) }
                         }
                     }
                 }
             }
         }
     }
+}
+
+/// A setting that may be next to nothing.
+fn small(value: f64) -> String {
+    if value > 0.0 && value < 1e-3 { format!("{value:e}") } else { value.to_string() }
 }
 
 fn settings(study: &Study<'_>, tuned: &TunedFile) -> Markup {
@@ -148,7 +167,7 @@ fn settings(study: &Study<'_>, tuned: &TunedFile) -> Markup {
                         tr {
                             th.text { (line.case) } th.text { (line.filter.name()) }
                             td { (line.settings.process) } td { (line.settings.accelerometer) }
-                            td { @if line.filter.has_input_setting() { (line.settings.input) } @else { "–" } }
+                            td { @if line.filter.has_input_setting() { (small(line.settings.input)) } @else { "–" } }
                         }
                     }
                 }
@@ -156,7 +175,7 @@ fn settings(study: &Study<'_>, tuned: &TunedFile) -> Markup {
             p.caption {
                 "Process: added process noise in amplitudes of the input over √s. Accelerometer: factor on the assumed \
                  deviation. Input: walk of the estimated input in amplitudes over √s, deviation of the considered one, ρ. \
-                 Every filter searched the same grid on other runs, for a step of " (tuned.step_s) " s."
+                 Every filter had the same search, a grid and from its best point on by ever smaller factors, on other runs, for a step of " (tuned.step_s) " s."
             }
             h2 { "How it departs from the print" }
             ul { @for departure in DEPARTURES { li { (departure) } } }

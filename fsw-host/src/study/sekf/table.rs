@@ -1,14 +1,17 @@
 //! The table of a case, for terminal and page.
 
 use fsw_study::sekf::cases::Outcome;
+use fsw_study::sekf::limit::Limit;
 use fsw_study::sekf::reference;
 
 use crate::report::number;
 
 /// Columns.
 const COLUMNS: usize = 10;
+/// The column of the ratio to the EKF.
+const RATIO: usize = 3;
 /// Width of the first column and of the others in the terminal.
-const WIDTHS: (usize, usize) = (16, 13);
+const WIDTHS: (usize, usize) = (18, 13);
 /// NEES beyond which its order of magnitude is all that matters.
 const HUGE: f64 = 1e4;
 
@@ -39,7 +42,7 @@ pub fn cells(case: &str, outcome: &Outcome) -> [String; COLUMNS] {
         outcome.filter.name().to_owned(),
         figure(outcome.position_rmse_m, 0),
         figure(known(|r| Some(r.position_m)), 0),
-        figure(outcome.ratio_to_ekf, 2),
+        figure(outcome.ratio_to_ekf, 3),
         figure(known(|r| Some(r.ratio)), 2),
         figure(known(|r| r.at_least), 2),
         if outcome.nees > HUGE { format!("{:.0e}", outcome.nees) } else { figure(outcome.nees, 1) },
@@ -47,6 +50,17 @@ pub fn cells(case: &str, outcome: &Outcome) -> [String; COLUMNS] {
         outcome.diverged.to_string(),
         figure(outcome.host_ns_per_step, 0),
     ]
+}
+
+/// A row of a bound: errors alone.
+pub fn limit_cells(limit: &Limit) -> [String; COLUMNS] {
+    let mut cells = [const { String::new() }; COLUMNS];
+    let figures = [limit.knowledge.name().to_owned(), figure(limit.position_rmse_m, 0)];
+    cells.iter_mut().zip(figures).for_each(|(cell, text)| *cell = text);
+    if let Some(ratio) = cells.get_mut(RATIO) {
+        *ratio = figure(limit.ratio_to_ekf, 3);
+    }
+    cells
 }
 
 /// A row of the terminal.
