@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 
+use super::RankArgs;
 use super::table::{Over, Placed, Ranking};
-use super::{RankArgs, table};
 use crate::campaign::report::document;
-use crate::report::{Axis, Figure, Ink, Mark, Panel, PlotError, Point};
+use crate::report::{Axis, Figure, Ink, Mark, Panel, PlotError, Point, number};
 
 /// Filters that are drawn, where they fly, and their colours; all of them would be no picture.
 const DRAWN: [(&str, Ink); 6] = [
@@ -39,9 +39,47 @@ fn section(args: &RankArgs, ranking: &Ranking) -> Result<Markup, PlotError> {
         section {
             h2 { "Case " (ranking.case) }
             div.wide { (figure) }
-            pre { (table::text(args, std::slice::from_ref(ranking))) }
+            (table(ranking))
         }
     })
+}
+
+/// The table of the screen, with what each filter is.
+fn table(ranking: &Ranking) -> Markup {
+    let of = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| number(v, digits));
+    let bound = &ranking.bound;
+    html! {
+        table {
+            thead {
+                tr {
+                    th.text { "filter" }
+                    th { "at deployment, m" } th { "m/s" } th { "over bound" } th { "m/s" }
+                    th { "over flight, m" } th { "m/s" }
+                    th { "NEES" } th { "in 95 %" } th { "given up" } th { "miss, 50 %, m" } th { "90 %" } th { "opened" }
+                }
+            }
+            tbody {
+                tr {
+                    th.text { "Cramér–Rao bound" }
+                    td { (number(bound.deploy[0], 1)) } td { (number(bound.deploy[1], 3)) } td { "1" } td { "1" }
+                    td { (number(bound.flight[0], 1)) } td { (number(bound.flight[1], 3)) }
+                    @for _ in 0..6 { td {} }
+                }
+                @for p in &ranking.filters {
+                    tr {
+                        th.text title=(p.title) { (p.filter) }
+                        td { (number(p.deploy[0], 1)) } td { (number(p.deploy[1], 3)) }
+                        td { (number(p.over_bound[0], 2)) } td { (number(p.over_bound[1], 2)) }
+                        td { (number(p.flight[0], 1)) } td { (number(p.flight[1], 3)) }
+                        td { (of(p.nees, 2)) } td { (of(p.nees_inside_pct, 1)) }
+                        td { (p.given_up) }
+                        td { (of(p.miss_m.map(|m| m[0]), 0)) } td { (of(p.miss_m.map(|m| m[1]), 0)) }
+                        td { @if let Some(opened) = p.opened { (opened) " of " (p.flights) } @else { "–" } }
+                    }
+                }
+            }
+        }
+    }
 }
 
 fn errors(args: &RankArgs, ranking: &Ranking) -> Figure {

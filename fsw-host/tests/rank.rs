@@ -1,0 +1,80 @@
+//! `rank` as a user meets it: one table for all filters on the same bytes, and one sentence for every bad input.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("aeroshell-rank-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("a scratch folder can be made");
+        Self(path)
+    }
+
+    fn rank(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_aeroshell"));
+        command.arg("rank").args(arguments).current_dir(&self.0).output().expect("the program starts")
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn number(value: &Value, path: &str) -> f64 {
+    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {path} in {value}"))
+}
+
+#[test]
+fn filters_are_ranked_on_the_same_logs_beside_the_bound_whatever_the_threads() {
+    let scratch = Scratch::new("whole");
+    let filters = "ekf,dead-reckoning,augmented,rddf2-lite,mmae-product";
+    let run = |jobs: &str, out: &str| {
+        let flown = scratch.rank(&["msl", "--runs", "2", "--filters", filters, "--jobs", jobs, "--out", out, "--json"]);
+        assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
+        String::from_utf8(flown.stdout).expect("JSON is text")
+    };
+    let told = run("1", "one");
+    assert_eq!(told, run("2", "two"));
+    let ranking: Value = serde_json::from_str(&told).expect("JSON");
+    let plain = &ranking[0];
+    assert_eq!(plain["case"], "plain");
+    let placed = plain["filters"].as_array().expect("filters");
+    assert_eq!(placed.len(), 5);
+    let of = |name: &str| placed.iter().find(|p| p["filter"] == name).unwrap_or_else(|| panic!("no {name}"));
+    // The limit lies far below dead reckoning; the filter that flies comes near it, and its miss is known.
+    let bound = number(plain, "/bound/deploy/0");
+    assert!(bound > 1.0 && 3.0 * bound < number(of("dead-reckoning"), "/deploy/0"), "{bound}");
+    assert!(number(of("ekf"), "/deploy/0") < 3.0 * bound);
+    assert!(number(of("ekf"), "/miss_m/2") < 2_500.0);
+    assert_eq!(of("mmae-product")["given_up"], 2, "a plain product of densities underflows and is found out");
+    assert!(placed.iter().all(|p| p["not_finite"] == 0 && p["opened"] == 2));
+    let page = fs::read_to_string(scratch.0.join("one/rank.html")).expect("the page");
+    assert!(page.contains("Cramér–Rao bound") && page.contains("<svg"));
+    assert!(fs::read_to_string(scratch.0.join("one/rank.json")).is_ok());
+}
+
+#[test]
+fn bad_input_is_refused_in_one_sentence() {
+    let scratch = Scratch::new("refused");
+    for (arguments, words) in [
+        (&["msl", "--filters", "kalman"][..], "kalman"),
+        (&["msl", "--runs", "0"], "0"),
+        (&["msl", "--case", "storm"], "storm"),
+        (&["nowhere"], "nowhere"),
+        (&["msl-ideal"], "ideal"),
+    ] {
+        let output = scratch.rank(arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(words) && !said.contains("panicked"), "{said}");
+    }
+    assert!(!scratch.0.join("rankings").exists(), "nothing is written before the input is known to be good");
+}
