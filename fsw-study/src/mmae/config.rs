@@ -416,7 +416,7 @@ impl Default for Augmented {
 
 impl Default for Fixed {
     fn default() -> Self {
-        Self { density: 0.095, rates: [0.01, 0.01], reading: Reading::A, rate_hz: 10.0 }
+        Self { density: 0.095, rates: [0.1, 0.01], reading: Reading::A, rate_hz: 10.0 }
     }
 }
 
