@@ -409,8 +409,8 @@ impl Default for Models {
 
 impl Default for Augmented {
     fn default() -> Self {
-        // The prior's 0.058 with the waves' 0.014 on it; within half a wave, some 30 s, the process walks as far as a wave goes.
-        Self { walk_psqrts: 0.0, experts: 7, markov_sigma: 0.06, markov_s: 1_000.0, bias_ug: 3_000.0 }
+        // The prior's 0.058 with the waves' 0.014 on it; within a minute, that of the peak load, the process walks as far as waves go.
+        Self { walk_psqrts: 0.0, experts: 7, markov_sigma: 0.06, markov_s: 3_000.0, bias_ug: 3_000.0 }
     }
 }
 
