@@ -109,7 +109,7 @@ pub struct FilterResult {
     pub ekfs: Option<f64>,
     /// Mean over entries.
     pub history: Vec<Moment>,
-    /// The first entry.
+    /// The only entry of a case that has no other.
     pub first: Trace,
 }
 
@@ -326,6 +326,7 @@ fn alone(filter: FilterName, sight: &Sight<'_>) -> Vec<Outcome> {
 #[derive(Clone, Debug, Default)]
 struct Sums {
     result: FilterResult,
+    first: Trace,
     ended: u64,
     squares: [f64; STATE],
     nees: (f64, u64),
@@ -343,7 +344,7 @@ impl Sums {
     fn add(&mut self, outcome: &Outcome, diverged_m: f64) {
         if self.result.runs == 0 {
             self.result.label.clone_from(&outcome.label);
-            self.result.first = Trace::of(outcome);
+            self.first = Trace::of(outcome);
         }
         self.result.runs += 1;
         self.indefinite += outcome.indefinite;
@@ -394,13 +395,16 @@ impl Sums {
     }
 
     fn result(self) -> FilterResult {
-        let Self { mut result, ended, squares, nees, indefinite, watched, history } = self;
+        let Self { mut result, first, ended, squares, nees, indefinite, watched, history } = self;
+        if result.runs == 1 {
+            result.first = first;
+        }
         result.rmse = Rmse::of_squares(squares.map(|sum| sum / ended as f64));
         result.nees = (nees.1 > 0).then(|| nees.0 / nees.1 as f64);
         result.indefinite_share = if watched == 0 { 0.0 } else { indefinite as f64 / watched as f64 };
-        // Means over a few long flights would be another thing than the ones before.
+        // Means over the longer flights alone would be another thing than the ones before.
         let most = history.first().map_or(0, |first| first.1);
-        let is_common = |(_, count, ..): &&(f64, u64, [f64; STATE], [f64; STATE])| 2 * *count >= most;
+        let is_common = |(_, count, ..): &&(f64, u64, [f64; STATE], [f64; STATE])| 20 * *count >= 19 * most;
         let moment = |&(time_s, count, squares, variances): &(f64, u64, [f64; STATE], [f64; STATE])| Moment {
             time_s,
             rmse: squares.map(|sum| (sum / count as f64).sqrt()),

@@ -34,14 +34,15 @@ pub fn html(study: &Study<'_>, tuned: &TunedFile) -> Result<String, PlotError> {
         figures::rmse(
             config,
             "Root mean square errors, untuned (P1, Fig. 3)",
-            "All runs, logarithmic. The EKF is biased by every piece of the input; the SEKF follows it at the cost of noise.",
+            "All runs, logarithmic. The EKF is biased by every piece of the input; the SEKF follows it at the cost of noise. \
+             Where the input is nothing, which the EKF takes for granted, it is below the bound of who has to find that out.",
             (case("untuned"), limits("untuned")),
             &[Kind::Ekf, Kind::Sekf],
         ),
         figures::rmse(
             config,
             "Root mean square errors, each filter tuned",
-            "The same for filters whose process noise and accelerometer noise were searched, each on the same grid.",
+            "The same for filters whose process noise and accelerometer noise were searched, each by the same search.",
             (case("tuned"), limits("tuned")),
             &[Kind::Ekf, Kind::Sekf, Kind::Aekf12],
         ),
