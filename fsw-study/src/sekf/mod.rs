@@ -2,7 +2,7 @@
 //! self-calibrating filter (SEKF), and by what else the linearised kernel can be: untuned as P1 flies them, and each tuned by
 //! the same search.
 //!
-//! [`cases::fly`] flies a case; [`tune::search`] finds the tuned settings; [`reference`] holds the figures to set beside.
+//! [`cases::fly`] flies a case; [`tune::search`] finds the tuned settings; [`mod@reference`] holds the figures to set beside.
 
 pub mod cases;
 mod check;

@@ -25,7 +25,9 @@ pub const LIFT_SIGMA: f64 = 0.10;
 const UNMODELLED_SHARE: f64 = 0.08;
 /// The same where an input is calibrated that takes up what keeps its sign.
 const CALIBRATED_SHARE: f64 = 0.02;
-/// The same where density and lift are carried: what of waves, Mach number and attitude is left.
+/// The same where the best of several experts is a third of a spacing away, and none knows of the lift.
+const SPACING_SHARE: f64 = 0.015;
+/// The same where density and lift are carried, or are known to be uncertain: what of waves, Mach number and attitude is left.
 const MODELLED_SHARE: f64 = 0.004;
 /// How long such an error keeps its sign, s.
 const CORRELATION_S: f64 = 20.0;
@@ -127,8 +129,10 @@ impl Design {
             Family::Plain | Family::Input => (UNMODELLED_SHARE, UNMODELLED_SHARE),
             Family::Tied(_) => (CALIBRATED_SHARE, CALIBRATED_SHARE),
             Family::Divided { sensitivities: Sensitivities::None, .. } => (UNMODELLED_SHARE, UNMODELLED_SHARE),
-            Family::Divided { .. } | Family::Bank(_) => (CALIBRATED_SHARE, CALIBRATED_SHARE),
-            Family::Augmented | Family::Considered | Family::AugmentedBank(_) => (MODELLED_SHARE, MODELLED_SHARE),
+            Family::Bank(_) => (SPACING_SHARE, SPACING_SHARE),
+            Family::Divided { .. } | Family::Augmented | Family::Considered | Family::AugmentedBank(_) => {
+                (MODELLED_SHARE, MODELLED_SHARE)
+            }
         };
         Some(Self { family, reading_share, path_share })
     }
