@@ -11,6 +11,7 @@ pub mod ends;
 pub mod error;
 pub mod fly;
 pub mod footprint;
+pub mod interrupt;
 pub mod linklog;
 pub mod measure;
 pub mod output;

@@ -76,5 +76,11 @@ fn bad_input_is_refused_in_one_sentence() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
         assert!(said.contains(words) && !said.contains("panicked"), "{said}");
     }
+    let theirs = scratch.0.join("theirs");
+    fs::create_dir_all(&theirs).expect("a folder");
+    fs::write(theirs.join("entries.jsonl"), "{}\n").expect("a file");
+    let output = scratch.rank(&["msl", "--runs", "1", "--filters", "ekf", "--open-loop", "--out", "theirs"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no list of entries of a ranking"));
     assert!(!scratch.0.join("rankings").exists(), "nothing is written before the input is known to be good");
 }

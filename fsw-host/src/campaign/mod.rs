@@ -26,7 +26,6 @@ pub mod table;
 
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use hil_sim::scenario::{Scenario, ScenarioError};
@@ -35,6 +34,7 @@ use sha2::{Digest, Sha256};
 
 use crate::cli::CampaignArgs;
 use crate::error::HostError;
+use crate::interrupt;
 use crate::output::{print, print_json};
 use crate::record::ScenarioFacts;
 
@@ -49,11 +49,6 @@ use summary::{Summary, summarise};
 
 /// Folder in which campaign folders are made when none is named.
 const CAMPAIGNS: &str = "campaigns";
-
-/// Set by the first Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// Set once Ctrl-C is caught.
-static CAUGHT: AtomicBool = AtomicBool::new(false);
 
 /// A campaign that is complete: all of its files are there.
 pub struct Finished {
@@ -149,12 +144,12 @@ pub(crate) fn identify(args: &CampaignArgs, scenario: &Scenario) -> Result<Ident
 }
 
 /// Identity of the program that flies: the flight software is part of it.
-fn program() -> Result<String, HostError> {
+pub(crate) fn program() -> Result<String, HostError> {
     let read = || std::fs::read(std::env::current_exe()?);
     read().map(|bytes| sha256(&bytes)).map_err(HostError::file("read", "this program"))
 }
 
-fn sha256(bytes: &[u8]) -> String {
+pub(crate) fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
@@ -176,11 +171,12 @@ fn fly(args: &CampaignArgs, name: &str, engine: &Engine<'_>, folder: &Folder) ->
         );
     }
     if left > 0 {
-        catch_interrupt()?;
+        interrupt::catch()?;
         let progress =
             Progress::new(name, left, !args.common.quiet && !args.common.json, !args.common.quiet && name.is_empty());
         let jobs = args.jobs.map_or_else(cores, std::num::NonZeroUsize::get);
-        let flown = engine.fly_all(folder, &chunks, jobs, &INTERRUPTED, &|result| progress.flown(result, identity));
+        let flown =
+            engine.fly_all(folder, &chunks, jobs, interrupt::asked(), &|result| progress.flown(result, identity));
         progress.finish();
         if matches!(flown, Err(HostError::Interrupted)) {
             let open: u64 = folder.open_chunks()?.iter().map(|chunk| chunk.end - chunk.start).sum();
@@ -197,19 +193,6 @@ fn fly(args: &CampaignArgs, name: &str, engine: &Engine<'_>, folder: &Folder) ->
 
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get)
-}
-
-fn catch_interrupt() -> Result<(), HostError> {
-    // A study flies several campaigns; one handler serves them all.
-    if CAUGHT.swap(true, Ordering::Relaxed) {
-        return Ok(());
-    }
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|e| HostError::Option(format!("Ctrl-C cannot be caught: {e}")))
 }
 
 /// Everything that follows from the table of all runs; `sitting` are the runs flown just now and their wall time.

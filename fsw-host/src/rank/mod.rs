@@ -2,6 +2,8 @@
 //! beside the physical limit.
 
 mod cases;
+mod entry;
+mod kept;
 mod log;
 mod navigate;
 mod page;
@@ -9,6 +11,7 @@ mod table;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use fsw_core::link::parameters::NavigationMode;
@@ -22,13 +25,16 @@ pub use log::Recorded;
 pub use navigate::{Track, bound, navigate};
 pub use table::{Limit, Placed, Ranking};
 
+use entry::{Curve, Entry, Judged};
+use kept::{Identity, Kept};
+
 use crate::campaign::arguments::{threads, whole};
 use crate::campaign::flight::Flyer;
-use crate::campaign::observer::Flown;
 use crate::campaign::progress::bar_over;
-use crate::campaign::write_json;
+use crate::campaign::{program, sha256, write_json};
 use crate::cli::{Common, navigation_name};
 use crate::error::HostError;
+use crate::interrupt;
 use crate::output::{print, print_json};
 use crate::record::ScenarioFacts;
 use crate::runfolder::write_whole;
@@ -73,14 +79,6 @@ pub struct RankArgs {
     pub out: Option<PathBuf>,
 }
 
-/// What one entry gave.
-struct Entry {
-    /// Least variances on its log.
-    bound: Vec<[f64; 2]>,
-    /// Of each filter: on the log, and in closed loop.
-    flown: Vec<(Track, Option<Flown>)>,
-}
-
 /// Runs the command; true when no filter but the teaching baselines failed.
 ///
 /// # Errors
@@ -96,19 +94,34 @@ pub fn run(args: &RankArgs) -> Result<bool, HostError> {
     // Every case is checked before the first flight.
     let scenarios =
         cases.iter().map(|case| Ok((*case, scenario(args, *case)?))).collect::<Result<Vec<_>, HostError>>()?;
+    let folder = folder(args)?;
+    let kept = Kept::open(&folder, &identity(args, &filters, &scenarios)?)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs.map_or(0, NonZeroUsize::get)).build();
     let pool = pool.map_err(|e| HostError::Option(format!("the threads cannot be started: {e}")))?;
-    let bar = bar_over(args.runs * cases.len() as u64, !args.common.quiet && !args.common.json);
+    let all = args.runs * cases.len() as u64;
+    if kept.len() > 0 && !args.common.quiet {
+        eprintln!("  goes on in {}: {} of {all} entries are there", folder.display(), kept.len());
+    }
+    interrupt::catch()?;
+    let bar = bar_over(all, !args.common.quiet && !args.common.json);
+    let work = Work { args, filters: &filters, kept: &kept, bar: &bar };
     let rank = |(case, scenario): &(CaseName, Scenario)| -> Result<Ranking, HostError> {
-        let entries = pool.install(|| fly(args, scenario, &filters, &bar))?;
+        let entries = pool.install(|| work.entries(&case.name(), scenario))?;
         Ok(Ranking::of(case.name(), &filters, &entries))
     };
-    let rankings = scenarios.iter().map(rank).collect::<Result<Vec<_>, _>>()?;
+    let rankings = scenarios.iter().map(rank).collect::<Result<Vec<_>, _>>();
     bar.finish_and_clear();
-    let folder = folder(args)?;
+    if matches!(rankings, Err(HostError::Interrupted)) {
+        let path = folder.display();
+        let what =
+            format!("interrupted: the entries that were done are kept in {path}, and the same command goes on there");
+        return Err(HostError::Option(what));
+    }
+    let rankings = rankings?;
     write_whole(&folder.join("rank.json"), |file| write_json(&rankings, file))?;
     let page = page::page(args, &rankings).map_err(|e| HostError::Option(e.to_string()))?;
     write_whole(&folder.join("rank.html"), |file| std::io::Write::write_all(file, page.as_bytes()))?;
+    kept.finish()?;
     if args.common.json {
         print_json(&rankings)?;
     } else if !args.common.quiet {
@@ -139,32 +152,65 @@ fn scenario(args: &RankArgs, case: CaseName) -> Result<Scenario, HostError> {
     Ok(scenario)
 }
 
-fn fly(
+/// What the entries of this ranking have in common.
+fn identity(
     args: &RankArgs,
-    scenario: &Scenario,
     filters: &[NavigationMode],
-    bar: &ProgressBar,
-) -> Result<Vec<Entry>, HostError> {
-    let facts = ScenarioFacts::of(scenario);
-    (0..args.runs)
-        .into_par_iter()
-        .map_init(Flyer::default, |flyer, run| {
-            let recorded = Recorded::fly(scenario, args.seed, run)?;
-            let case = Case::draw(scenario, args.seed, run, false);
-            let flown = filters
-                .iter()
-                .map(|mode| {
-                    let track = navigate(&recorded, *mode);
-                    let mut scenario = scenario.clone();
-                    scenario.navigation.filter = *mode;
-                    let flown = (!args.open_loop).then(|| flyer.fly(&scenario, &facts, &case, &[])).transpose()?;
-                    Ok((track, flown))
-                })
-                .collect::<Result<_, HostError>>()?;
-            bar.inc(1);
-            Ok(Entry { bound: bound(&recorded), flown })
-        })
-        .collect()
+    scenarios: &[(CaseName, Scenario)],
+) -> Result<Identity, HostError> {
+    let digest = |(case, scenario): &(CaseName, Scenario)| (case.name(), sha256(scenario.to_toml().as_bytes()));
+    Ok(Identity {
+        cases: scenarios.iter().map(digest).collect(),
+        seed: args.seed,
+        filters: filters.iter().map(|mode| mode.name().to_owned()).collect(),
+        open_loop: args.open_loop,
+        program_sha256: program()?,
+    })
+}
+
+/// What the entries of all cases share.
+struct Work<'a> {
+    args: &'a RankArgs,
+    filters: &'a [NavigationMode],
+    kept: &'a Kept,
+    bar: &'a ProgressBar,
+}
+
+impl Work<'_> {
+    /// All entries of a case: those that were kept, and the others flown and kept.
+    fn entries(&self, case: &str, scenario: &Scenario) -> Result<Vec<Entry>, HostError> {
+        let facts = ScenarioFacts::of(scenario);
+        (0..self.args.runs)
+            .into_par_iter()
+            .map_init(Flyer::default, |flyer, run| {
+                let entry = match self.kept.find(case, run) {
+                    Some(entry) => entry.clone(),
+                    None if interrupt::asked().load(Ordering::Relaxed) => return Err(HostError::Interrupted),
+                    None => {
+                        let entry = self.fly(flyer, scenario, &facts, run)?;
+                        self.kept.keep(case, run, &entry)?;
+                        entry
+                    }
+                };
+                self.bar.inc(1);
+                Ok(entry)
+            })
+            .collect()
+    }
+
+    fn fly(&self, flyer: &mut Flyer, scenario: &Scenario, facts: &ScenarioFacts, run: u64) -> Result<Entry, HostError> {
+        let recorded = Recorded::fly(scenario, self.args.seed, run)?;
+        let case = Case::draw(scenario, self.args.seed, run, false);
+        let mut flown = Vec::with_capacity(self.filters.len());
+        for mode in self.filters {
+            let track = navigate(&recorded, *mode);
+            let mut scenario = scenario.clone();
+            scenario.navigation.filter = *mode;
+            let closed = (!self.args.open_loop).then(|| flyer.fly(&scenario, facts, &case, &[])).transpose()?;
+            flown.push(Judged::of(&track, closed.as_ref()));
+        }
+        Ok(Entry { bound: Curve::of(&bound(&recorded)), flown })
+    }
 }
 
 fn folder(args: &RankArgs) -> Result<PathBuf, HostError> {

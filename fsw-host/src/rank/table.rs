@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use fsw_core::link::parameters::NavigationMode;
 use serde::Serialize;
 
-use super::{Entry, RankArgs, Track};
-use crate::campaign::observer::Flown;
+use super::RankArgs;
+use super::entry::{Closed, Curve, EPOCH_S, Entry, Judged, THINNING};
 use crate::campaign::statistics::quantile;
 use crate::campaign::summary::ascending;
 
@@ -79,44 +79,47 @@ pub struct Ranking {
 /// Filters that are there to be seen failing.
 const TEACHING: [NavigationMode; 2] = [NavigationMode::MmaeBare, NavigationMode::MmaeProduct];
 
-fn mean_root(of: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
-    let (mut sum, mut count) = ([0.0; 2], 0.0);
-    for [position, velocity] in of {
-        sum = [sum[0] + position, sum[1] + velocity];
-        count += 1.0;
-    }
+/// Root of a mean square.
+fn root(sum: [f64; 2], count: f64) -> [f64; 2] {
     sum.map(|s| (s / count).sqrt())
 }
 
-/// Epochs between two points of a curve: two seconds.
-const THINNING: usize = 20;
-/// Seconds between two epochs.
-const EPOCH_S: f64 = 0.1;
+fn total(of: impl Iterator<Item = [f64; 2]>) -> ([f64; 2], f64) {
+    of.fold(([0.0; 2], 0.0), |(sum, count), one| ([sum[0] + one[0], sum[1] + one[1]], count + 1.0))
+}
 
-fn over_time<'a>(errors: impl Iterator<Item = &'a Vec<[f64; 2]>>) -> Vec<Over> {
-    let all: Vec<_> = errors.collect();
-    let longest = all.iter().map(|errors| errors.len()).max().unwrap_or(0);
+/// When the parachute opens.
+fn at_deploy(curves: &[&Curve]) -> [f64; 2] {
+    let (sum, count) = total(curves.iter().map(|curve| curve.last));
+    root(sum, count)
+}
+
+fn over_flight(curves: &[&Curve]) -> [f64; 2] {
+    let (sum, _) = total(curves.iter().map(|curve| curve.sum));
+    root(sum, curves.iter().map(|curve| f64::from(curve.epochs)).sum())
+}
+
+/// Over all entries that were still flying.
+fn over_time(curves: &[&Curve]) -> Vec<Over> {
+    let longest = curves.iter().map(|curve| curve.thinned.len()).max().unwrap_or(0);
     let at = |k: usize| {
-        let rmse = mean_root(all.iter().filter_map(|errors| errors.get(k).copied()));
-        Over { time_s: (k + 1) as f64 * EPOCH_S, rmse }
+        let (sum, count) = total(curves.iter().filter_map(|curve| curve.thinned.get(k)).map(|s| s.map(f64::from)));
+        Over { time_s: (k * THINNING + 1) as f64 * EPOCH_S, rmse: root(sum, count) }
     };
-    (0..longest).step_by(THINNING).map(at).collect()
+    (0..longest).map(at).collect()
 }
 
 impl Ranking {
     /// Of all entries.
     pub(super) fn of(case: String, filters: &[NavigationMode], entries: &[Entry]) -> Self {
-        let bound = Limit {
-            deploy: mean_root(entries.iter().filter_map(|entry| entry.bound.last().copied())),
-            flight: mean_root(entries.iter().flat_map(|entry| entry.bound.iter().copied())),
-            over_time: over_time(entries.iter().map(|entry| &entry.bound)),
-        };
+        let least: Vec<&Curve> = entries.iter().map(|entry| &entry.bound).collect();
+        let bound = Limit { deploy: at_deploy(&least), flight: over_flight(&least), over_time: over_time(&least) };
         let mut placed: Vec<Placed> = filters
             .iter()
             .enumerate()
             .map(|(i, mode)| {
-                let flown: Vec<&(Track, Option<Flown>)> = entries.iter().filter_map(|e| e.flown.get(i)).collect();
-                place(*mode, &bound, &flown)
+                let judged: Vec<&Judged> = entries.iter().filter_map(|entry| entry.flown.get(i)).collect();
+                place(*mode, &bound, &judged)
             })
             .collect();
         placed.sort_by(|a, b| a.deploy[0].total_cmp(&b.deploy[0]));
@@ -134,33 +137,32 @@ impl Ranking {
     }
 }
 
-fn place(mode: NavigationMode, bound: &Limit, flown: &[&(Track, Option<Flown>)]) -> Placed {
-    let tracks = || flown.iter().map(|(track, _)| track);
-    let deploy = mean_root(tracks().filter_map(|track| track.errors.last().copied()));
-    let nees: Vec<f64> = tracks().flat_map(|track| track.nees.iter().copied()).collect();
-    let epochs: usize = tracks().map(|track| track.errors.len()).sum();
-    let inside: usize = tracks().map(|track| track.inside).sum();
-    let some = |value: f64| (!nees.is_empty()).then_some(value);
-    let closed: Vec<&Flown> = flown.iter().filter_map(|(_, flown)| flown.as_ref()).collect();
+fn place(mode: NavigationMode, bound: &Limit, judged: &[&Judged]) -> Placed {
+    let curves: Vec<&Curve> = judged.iter().map(|filter| &filter.errors).collect();
+    let deploy = at_deploy(&curves);
+    let sum = |of: fn(&Judged) -> u32| judged.iter().map(|filter| u64::from(of(filter))).sum::<u64>();
+    let (epochs, with_nees) = (sum(|filter| filter.errors.epochs), sum(|filter| filter.judged));
+    let share = |value: f64| (with_nees > 0).then(|| value / with_nees as f64);
+    let closed: Vec<Closed> = judged.iter().filter_map(|filter| filter.closed).collect();
     let misses = ascending(&closed.iter().filter_map(|flown| flown.miss_m).collect::<Vec<_>>());
     let at = |share: f64| quantile(&misses, share).unwrap_or(f64::NAN);
-    let count = |of: fn(&Flown) -> bool| (!closed.is_empty()).then(|| closed.iter().filter(|f| of(f)).count());
+    let count = |of: fn(&Closed) -> bool| (!closed.is_empty()).then(|| closed.iter().filter(|f| of(f)).count());
     Placed {
         filter: mode.name(),
         title: mode.title(),
         deploy,
         over_bound: [deploy[0] / bound.deploy[0], deploy[1] / bound.deploy[1]],
-        flight: mean_root(tracks().flat_map(|track| track.errors.iter().copied())),
-        over_time: over_time(tracks().map(|track| &track.errors)),
-        nees: some(nees.iter().sum::<f64>() / nees.len() as f64),
-        nees_inside_pct: some(100.0 * inside as f64 / nees.len() as f64),
-        indefinite_pct: 100.0 * tracks().map(|track| track.indefinite).sum::<usize>() as f64 / epochs.max(1) as f64,
-        given_up: tracks().filter(|track| track.given_up.is_some()).count(),
-        not_finite: tracks().map(|track| track.not_finite).sum(),
+        flight: over_flight(&curves),
+        over_time: over_time(&curves),
+        nees: share(judged.iter().map(|filter| filter.nees).sum()),
+        nees_inside_pct: share(100.0 * sum(|filter| filter.inside) as f64),
+        indefinite_pct: 100.0 * sum(|filter| filter.indefinite) as f64 / epochs.max(1) as f64,
+        given_up: judged.iter().filter(|filter| filter.given_up_s.is_some()).count(),
+        not_finite: sum(|filter| filter.not_finite) as usize,
         miss_m: (!misses.is_empty()).then(|| [at(0.5), at(0.9), misses.last().copied().unwrap_or(f64::NAN)]),
-        opened: count(|flown| flown.deploy.is_some()),
-        success: count(|flown| flown.reason.is_none()),
-        flights: flown.len(),
+        opened: count(|flown| flown.opened),
+        success: count(|flown| flown.success),
+        flights: judged.len(),
     }
 }
 

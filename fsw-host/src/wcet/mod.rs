@@ -18,9 +18,10 @@ pub mod target;
 pub mod uplink;
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use crate::error::HostError;
+use crate::interrupt;
 use crate::target::bench::{BENCH_IMAGE, Bench, PATIENCE};
 use crate::target::{Image, Opening, Target};
 use args::{WcetArgs, WcetPlace};
@@ -29,8 +30,6 @@ use flights::{HardFlight, hard_flights};
 use report::{Report, WallTime, keep, publish};
 use table::{Budgets, Row};
 
-/// Set by the first Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// The worst flight of a search in an output folder.
 const WORST_FILE: &str = "worst-frame.toml";
 
@@ -40,7 +39,7 @@ const WORST_FILE: &str = "worst-frame.toml";
 /// Bad input, a missing emulator, an image that does not run, a board that cannot be reached.
 pub fn run(args: &WcetArgs) -> Result<bool, HostError> {
     args.check()?;
-    catch_interrupt()?;
+    interrupt::catch()?;
     let visible = !args.quiet && !args.json;
     let mut flights = hard_flights()?;
     flights.truncate(args.flights.map_or(usize::MAX, NonZeroUsize::get));
@@ -56,7 +55,7 @@ pub fn run(args: &WcetArgs) -> Result<bool, HostError> {
 /// Instructions, and where asked for cycles, on an emulated processor.
 fn emulated(args: &WcetArgs, target: Target, mut flights: Vec<HardFlight>, visible: bool) -> Result<Report, HostError> {
     let image = image(args, target, visible)?;
-    let bench = Bench { target, image: &image, plugin: None, interrupt: &INTERRUPTED, patience: PATIENCE };
+    let bench = Bench { target, image: &image, plugin: None, interrupt: interrupt::asked(), patience: PATIENCE };
     if let Some(candidates) = args.search {
         flights.extend(search_for_worse(args, &bench, candidates, visible)?);
     }
@@ -83,8 +82,8 @@ fn on_host(flights: &[HardFlight], visible: bool) -> Result<Report, HostError> {
     }
     let bench = callgrind::Bench::build().inspect_err(|missing| eprintln!("aeroshell: {missing}"));
     let bar = Bar::new(visible, flights.len());
-    let counted = bench.map(|bench| bench.measure(flights, &INTERRUPTED, &bar)).ok().transpose()?;
-    let timed = host::measure(flights, &INTERRUPTED, &bar)?;
+    let counted = bench.map(|bench| bench.measure(flights, interrupt::asked(), &bar)).ok().transpose()?;
+    let timed = host::measure(flights, interrupt::asked(), &bar)?;
     let wall = Report::new("host", host::GRANULARITY, Budgets::None, &timed);
     Ok(match counted {
         None => wall,
@@ -97,11 +96,11 @@ fn on_host(flights: &[HardFlight], visible: bool) -> Result<Report, HostError> {
 
 /// What the counter of a board on a serial line counts.
 fn on_board(args: &WcetArgs, line: &str, flights: &[HardFlight], visible: bool) -> Result<Report, HostError> {
-    let opening = Opening { image: None, interrupt: &INTERRUPTED, say: &|_| {} };
+    let opening = Opening { image: None, interrupt: interrupt::asked(), say: &|_| {} };
     let board = opening.serial(line)?;
     let bar = Bar::new(visible, flights.len());
     let place = args.target.to_string();
-    let flown = line::Line::new(board.end, &place, &INTERRUPTED).measure(flights, &bar)?;
+    let flown = line::Line::new(board.end, &place, interrupt::asked()).measure(flights, &bar)?;
     Ok(Report::new(&place, line::granularity(args.unit), line::budgets(args.unit), &flown))
 }
 
@@ -124,7 +123,7 @@ fn search_for_worse(
         format!("  aeroshell wcet --target {target} --search {candidates} --seed {seed} --out DIR"),
     ];
     keep(folder, WORST_FILE, &search::scenario_file(&genome, &comment))?;
-    INTERRUPTED.store(false, Ordering::Relaxed);
+    interrupt::asked().store(false, Ordering::Relaxed);
     let found = search::flight(&genome)?;
     Ok(Some(HardFlight { name: "found by this search".into(), ..found }))
 }
@@ -139,14 +138,4 @@ fn image(args: &WcetArgs, target: Target, visible: bool) -> Result<Image, HostEr
             Ok(Image::build(target, BENCH_IMAGE)?)
         }
     }
-}
-
-/// The first Ctrl-C ends the measurement in good order; a second one ends the program.
-fn catch_interrupt() -> Result<(), HostError> {
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|e| HostError::Option(format!("Ctrl-C cannot be caught: {e}")))
 }
