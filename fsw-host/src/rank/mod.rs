@@ -2,7 +2,6 @@
 //! beside the physical limit.
 
 mod cases;
-mod log;
 mod navigate;
 mod page;
 mod table;
@@ -18,10 +17,10 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 pub use cases::CaseName;
-pub use log::Recorded;
-pub use navigate::{Track, bound, navigate};
+pub use navigate::{Track, navigate};
 pub use table::{Limit, Placed, Ranking};
 
+use crate::bound::{self, Least};
 use crate::campaign::arguments::{threads, whole};
 use crate::campaign::flight::Flyer;
 use crate::campaign::observer::Flown;
@@ -31,6 +30,7 @@ use crate::cli::{Common, navigation_name};
 use crate::error::HostError;
 use crate::output::{print, print_json};
 use crate::record::ScenarioFacts;
+use crate::recorded::Recorded;
 use crate::runfolder::write_whole;
 
 /// Folder in which ranking folders are made when none is named.
@@ -162,9 +162,14 @@ fn fly(
                 })
                 .collect::<Result<_, HostError>>()?;
             bar.inc(1);
-            Ok(Entry { bound: bound(&recorded), flown })
+            Ok(Entry { bound: least(&recorded), flown })
         })
         .collect()
+}
+
+/// Least variances on a log, at the instants at which filters are judged.
+fn least(recorded: &Recorded) -> Vec<[f64; 2]> {
+    bound::along(recorded, navigate::is_judged).iter().map(Least::variances).collect()
 }
 
 fn folder(args: &RankArgs) -> Result<PathBuf, HostError> {
