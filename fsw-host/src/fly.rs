@@ -9,6 +9,7 @@ use fsw_core::link::schema::SCHEMA_HASH;
 use hil_sim::scenario::{Scenario, ScenarioError};
 use hil_sim::session::{Conductor, RemoteTruth, TruthEnd};
 
+use crate::bound;
 use crate::cli::{ComputerPlace, FlyArgs, TruthPlace};
 use crate::ends::{ComputerEnd, LocalComputer};
 use crate::error::HostError;
@@ -19,6 +20,7 @@ use crate::pump::{self, Pace, Unwatched, Watch};
 use crate::realtime::ask_for_real_time;
 use crate::record::{FlightRecord, ScenarioFacts};
 use crate::recorder::{FlightId, Recorder};
+use crate::replay::read_log;
 use crate::runfolder::{BOARD_LOG, RunFolder};
 use crate::screen;
 use crate::target::{BoardLog, LogStream, Opening, Remote, TargetError};
@@ -109,6 +111,9 @@ pub fn run(args: &FlyArgs) -> Result<bool, HostError> {
     let board_log = board_log.map_or(Ok(()), BoardLog::finish);
     // A log that could not be finished does not keep the rest from being written.
     let log = watch.finish().map_err(HostError::file("write", folder.path().join("link.bin")));
+    // Nor does a log that tells too little for a bound: the report says that there is none.
+    let bound = read_log(folder.path()).and_then(|log| bound::of(&log, &record));
+    record.set_bound(bound.unwrap_or_default());
     let files = folder.write_record(&record, args.csv);
     log?;
     board_log.map_err(HostError::file("write", folder.path().join(BOARD_LOG)))?;

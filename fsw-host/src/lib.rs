@@ -3,6 +3,7 @@
 //! The binary `aeroshell` is a thin command line over this library: [`cli`] reads the arguments, one module per
 //! command does the work, and everything a flight leaves behind passes through one [`record::FlightRecord`].
 
+pub mod bound;
 pub mod campaign;
 pub mod cli;
 pub mod cost;
@@ -21,6 +22,7 @@ pub mod pump;
 pub mod rank;
 pub mod realtime;
 pub mod record;
+pub mod recorded;
 pub mod recorder;
 pub mod replay;
 pub mod report;

@@ -6,11 +6,12 @@ use fsw_core::link::packet::{Actuator, Event, GuidanceTlm, HealthTlm, NavTlm, Re
 use fsw_core::link::parameters::{ConstraintParameters, DeployParameters, NavigationMode, Target, TriggerKind};
 use fsw_core::planet::{Planet, STANDARD_GRAVITY_MPS2};
 use fsw_core::probe::SLOT_COUNT;
-use fsw_core::time::MissionTime;
+use fsw_core::time::{FRAME, MissionTime};
 use fsw_core::units::rad;
 use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
+use crate::bound::Least;
 use crate::cost::Cost;
 use crate::realtime::RealTime;
 
@@ -43,10 +44,32 @@ pub struct FlightRecord {
     pub slot_worst_ns: [u32; SLOT_COUNT],
     /// Consistency of the navigation, one entry per [`FlightRecord::nav`] that has a true state at its time.
     pub nees: Vec<NeesSample>,
+    /// The posterior Cramér–Rao bound at least at the epochs of [`FlightRecord::nav`]. Empty when it was not worked out, as of ideal navigation, which measures
+    /// nothing.
+    pub bound: Vec<Least>,
     /// How the flight ended.
     pub end: End,
     /// The figures of `summary.json`.
     pub summary: Summary,
+}
+
+impl FlightRecord {
+    /// Keeps the bound of this flight, and in the summary what it is at the last epoch of the navigation.
+    pub fn set_bound(&mut self, bound: Vec<Least>) {
+        self.bound = bound;
+        let last: Option<(f64, f64)> =
+            self.nees.last().and_then(|epoch| self.least_at(epoch.time_s)).map(|least| least.rms().into());
+        let navigation = &mut self.summary.navigation;
+        (navigation.position_bound_m, navigation.velocity_bound_mps) = last.unzip();
+    }
+
+    /// The bound at a time, if it is known to within a frame.
+    #[must_use]
+    pub fn least_at(&self, time_s: f64) -> Option<&Least> {
+        let half_frame_s = 0.5 * FRAME.as_s();
+        let at = self.bound.partition_point(|least| least.time_s < time_s - half_frame_s);
+        self.bound.get(at).filter(|least| (least.time_s - time_s).abs() < half_frame_s)
+    }
 }
 
 /// Facts of the scenario, in SI and radians, that belong on plots and in checks.
@@ -319,6 +342,14 @@ pub struct Navigation {
     pub position_error_m: Option<f64>,
     /// Velocity error at the last epoch, m/s.
     pub velocity_error_mps: Option<f64>,
+    /// Standard deviation of the position that the filter states then, root sum of squares of the axes, m; none without one.
+    pub position_sigma_m: Option<f64>,
+    /// The same of the velocity, m/s.
+    pub velocity_sigma_mps: Option<f64>,
+    /// Posterior Cramér–Rao bound of the position then, the least root mean square error, m; none when not worked out.
+    pub position_bound_m: Option<f64>,
+    /// The same of the velocity, m/s.
+    pub velocity_bound_mps: Option<f64>,
     /// Mean over the flight of the normalised estimation error squared of position and velocity: 6 is consistent.
     pub nees_mean: Option<f64>,
     /// Share of epochs whose error lies inside the 95 % band of its covariance.

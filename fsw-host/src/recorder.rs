@@ -50,6 +50,7 @@ impl Recorder {
             frame_cost_us: Vec::new(),
             slot_worst_ns: [0; SLOT_COUNT],
             nees: Vec::with_capacity(4_096),
+            bound: Vec::new(),
             end: End::Interrupted,
             summary: Summary::default(),
         };

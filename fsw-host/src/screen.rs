@@ -123,6 +123,14 @@ fn navigation(out: &mut String, s: &Summary) {
     let (Some(position), Some(velocity)) = (n.position_error_m, n.velocity_error_mps) else { return };
     rule(out, "navigation");
     let _ = writeln!(out, "  error at the end  {position:>9.1} m    {velocity:.3} m/s");
+    for (name, position, velocity) in [
+        ("1σ of the filter", n.position_sigma_m, n.velocity_sigma_mps),
+        ("Cramér–Rao bound", n.position_bound_m, n.velocity_bound_mps),
+    ] {
+        if let (Some(position), Some(velocity)) = (position, velocity) {
+            let _ = writeln!(out, "  {name:<17} {position:>9.1} m    {velocity:.3} m/s");
+        }
+    }
     if let (Some(nees), Some(share)) = (n.nees_mean, n.inside_95_share) {
         let _ = writeln!(
             out,

@@ -206,6 +206,8 @@ fn mean(sum: f64, count: usize) -> Option<f64> {
 
 fn navigation(epochs: &[NeesSample], nav: &[(MissionTime, NavTlm)]) -> Navigation {
     let norm = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    let stated =
+        |sigma: fn(&NeesSample) -> [f64; 3]| epochs.last().filter(|e| e.nees.is_some()).map(|e| norm(sigma(e)));
     let nees: Vec<f64> = epochs.iter().filter_map(|e| e.nees).collect();
     let inside = nees.iter().filter(|n| (NEES_BAND_95[0]..=NEES_BAND_95[1]).contains(*n)).count();
     let tally = |kind| Tally::of(nav, kind);
@@ -214,6 +216,10 @@ fn navigation(epochs: &[NeesSample], nav: &[(MissionTime, NavTlm)]) -> Navigatio
     Navigation {
         position_error_m: epochs.last().map(|e| norm(e.position_error_m)),
         velocity_error_mps: epochs.last().map(|e| norm(e.velocity_error_mps)),
+        position_sigma_m: stated(|e| e.position_sigma_m),
+        velocity_sigma_mps: stated(|e| e.velocity_sigma_mps),
+        position_bound_m: None,
+        velocity_bound_mps: None,
         nees_mean: mean(nees.iter().sum(), nees.len()),
         inside_95_share: mean(inside as f64, nees.len()),
         nis_mean: Nis { pressure: pressure.nis(), range: range.nis(), range_rate: range_rate.nis() },

@@ -141,11 +141,10 @@ impl InertialBound {
         self.covariance -= u * u.transpose() / s;
     }
 
-    /// Least variance of the position (m²) and of the velocity ((m/s)²), summed over the axes.
+    /// Least covariance of the position (m²) and of the velocity ((m/s)²), inertial axes.
     #[must_use]
-    pub fn variances(&self) -> [f64; 2] {
-        let of = |first: usize| (first..first + 3).map(|i| self.covariance[(i, i)]).sum();
-        [of(0), of(VELOCITY)]
+    pub fn covariances(&self) -> [Matrix3<f64>; 2] {
+        [0, VELOCITY].map(|first| self.covariance.fixed_view::<3, 3>(first, first).into_owned())
     }
 }
 
@@ -171,7 +170,7 @@ mod tests {
     #[test]
     fn without_measurements_the_errors_grow_as_those_of_a_bias_and_a_velocity() {
         let c = Config::DEFAULT;
-        let [position, velocity] = fall(20).variances();
+        let [position, velocity] = fall(20).covariances().map(|least| least.trace());
         let (bias, speed) = (c.navigation.accelerometer_bias_sigma_mps2, c.initial_knowledge.velocity_sigma_mps);
         // Per axis; scale and misalignment of 4 m/s² of level flight add a percent, the gravity gradient less.
         let expected = speed.powi(2) + (20.0 * bias).powi(2);
@@ -183,9 +182,9 @@ mod tests {
     #[test]
     fn a_reading_removes_what_it_tells() {
         let mut bound = fall(1);
-        let [before, _] = bound.variances();
+        let [before, _] = bound.covariances().map(|least| least.trace());
         bound.inform(&Row { position: [1.0, 0.0, 0.0], ..Row::default() }, 1.0);
-        let [after, _] = bound.variances();
+        let [after, _] = bound.covariances().map(|least| least.trace());
         assert!((before - after - 500f64.powi(2)).abs() < 2.0, "{before} {after}");
     }
 }

@@ -4,7 +4,6 @@
 mod cases;
 mod entry;
 mod kept;
-mod log;
 mod navigate;
 mod page;
 mod table;
@@ -21,13 +20,13 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 pub use cases::CaseName;
-pub use log::Recorded;
-pub use navigate::{Track, bound, navigate};
+pub use navigate::{Track, navigate};
 pub use table::{Limit, Placed, Ranking};
 
 use entry::{Curve, Entry, Judged};
 use kept::{Identity, Kept};
 
+use crate::bound::{self, Least};
 use crate::campaign::arguments::{threads, whole};
 use crate::campaign::flight::Flyer;
 use crate::campaign::progress::bar_over;
@@ -37,6 +36,7 @@ use crate::error::HostError;
 use crate::interrupt;
 use crate::output::{print, print_json};
 use crate::record::ScenarioFacts;
+use crate::recorded::Recorded;
 use crate::runfolder::write_whole;
 
 /// Folder in which ranking folders are made when none is named.
@@ -209,8 +209,13 @@ impl Work<'_> {
             let closed = (!self.args.open_loop).then(|| flyer.fly(&scenario, facts, &case, &[])).transpose()?;
             flown.push(Judged::of(&track, closed.as_ref()));
         }
-        Ok(Entry { bound: Curve::of(&bound(&recorded)), flown })
+        Ok(Entry { bound: Curve::of(&least(&recorded)), flown })
     }
+}
+
+/// Least variances on a log, at the instants at which filters are judged.
+fn least(recorded: &Recorded) -> Vec<[f64; 2]> {
+    bound::along(recorded, navigate::is_judged).iter().map(Least::variances).collect()
 }
 
 fn folder(args: &RankArgs) -> Result<PathBuf, HostError> {

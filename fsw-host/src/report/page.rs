@@ -125,6 +125,10 @@ fn cards(summary: &Summary) -> Markup {
     let conditions = deploy
         .map_or_else(String::new, |d| format!("Mach {}, {} Pa", number(d.mach, 2), number(d.dynamic_pressure_pa, 0)));
     let consistent = summary.navigation.nees_mean.map_or_else(String::new, |n| format!(", NEES {} of 6", number(n, 1)));
+    let limit = match (summary.navigation.position_bound_m, summary.navigation.velocity_bound_mps) {
+        (Some(position), Some(velocity)) => format!("; bound {} m, {} m/s", number(position, 0), number(velocity, 2)),
+        _ => String::new(),
+    };
     let corrector = &summary.corrector;
     let cards: [Card; 8] = [
         ("Miss", known(summary.miss_m, 1e-3, 2), "km", signed),
@@ -161,7 +165,7 @@ fn cards(summary: &Summary) -> Markup {
             "Navigation error",
             known(summary.navigation.position_error_m, 1.0, 0),
             "m",
-            format!("{} m/s at the end{consistent}", known(summary.navigation.velocity_error_mps, 1.0, 2)),
+            format!("{} m/s at the end{consistent}{limit}", known(summary.navigation.velocity_error_mps, 1.0, 2)),
         ),
         (
             "Predictor work",

@@ -5,7 +5,9 @@ use fsw_core::link::packet::*;
 use fsw_core::link::parameters::*;
 use fsw_core::planet::{MARS, STANDARD_GRAVITY_MPS2, SUTTON_GRAVES_MARS};
 use fsw_core::time::MissionTime;
+use nalgebra::Matrix3;
 
+use crate::bound::Least;
 use crate::cost::{Cost, SlotCost};
 use crate::realtime::RealTime;
 use crate::record::*;
@@ -28,6 +30,7 @@ pub fn empty() -> FlightRecord {
         frame_cost_us: Vec::new(),
         slot_worst_ns: [0; fsw_core::probe::SLOT_COUNT],
         nees: Vec::new(),
+        bound: Vec::new(),
         end: End::Interrupted,
         summary: Summary { scenario: "synthetic".into(), ..Summary::default() },
     }
@@ -193,6 +196,8 @@ fn telemetry(record: &mut FlightRecord, frame: u32, truth: &TruthSample, bank: f
             nees: Some(6.0 + 4.0 * noise(frame)),
             ..NeesSample::default()
         });
+        let least = |factor: f64| Matrix3::from_diagonal_element(0.8 * factor * sigma * sigma);
+        record.bound.push(Least { time_s: truth.time_s, position: least(1.0), velocity: least(3e-5) });
         record.nav.push((time, nav));
     }
     if frame.is_multiple_of(50) && mode != Mode::Coast {

@@ -1,45 +1,67 @@
-//! Navigation errors, radial, along and across the track, within their ±3σ, and the consistency of the filter.
+//! Navigation errors, radial, along and across the track, within their ±3σ and beside what is possible at all, and the
+//! consistency of the filter.
 
 use super::Story;
+use crate::bound::Least;
 use crate::record::TruthSample;
 use crate::report::palette::Ink;
 use crate::report::plot::{Axis, Figure, Mark, Panel, Point};
 use fsw_core::frames::{Inertial, Vec3};
 use fsw_core::link::packet::NavTlm;
+use fsw_core::link::parameters::NavigationMode;
+use nalgebra::{Matrix3, Vector3};
 
 /// 95 % of the chi-square distribution with six degrees of freedom lies between these.
 const NEES_95: (f64, f64) = (1.237, 14.449);
 const AXES: [&str; 3] = ["radial", "along", "across"];
 
-/// One navigation epoch against the truth: errors and standard deviations along the three directions.
+/// One navigation epoch against the truth, along the three directions.
 struct Epoch {
     time_s: f64,
-    position: [(f64, f64); 3],
-    velocity: [(f64, f64); 3],
+    position: [Along; 3],
+    velocity: [Along; 3],
+}
+
+/// An error along a direction.
+#[derive(Clone, Copy)]
+struct Along {
+    error: f64,
+    /// Standard deviation that the filter states.
+    sigma: f64,
+    /// The least standard deviation, by the Cramér–Rao bound; NaN where that is not known.
+    least: f64,
 }
 
 /// Position errors, velocity errors, consistency.
 #[must_use]
 pub fn figures(story: &Story<'_>) -> Vec<Figure> {
-    let epochs: Vec<Epoch> =
-        story.record.nav.iter().filter_map(|(t, nav)| Epoch::new(t.as_s(), nav, story.sample_at(t.as_s())?)).collect();
+    let epoch = |t: f64, nav: &NavTlm| Epoch::new(t, nav, story.sample_at(t)?, story.record.least_at(t));
+    let epochs: Vec<Epoch> = story.record.nav.iter().filter_map(|(t, nav)| epoch(t.as_s(), nav)).collect();
     let position = errors(story, &epochs, "Position error", "m", |e| &e.position);
     let velocity = errors(story, &epochs, "Velocity error", "m/s", |e| &e.velocity);
     vec![position, velocity, consistency(story), density(story)]
 }
 
 impl Epoch {
-    fn new(time_s: f64, nav: &NavTlm, truth: &TruthSample) -> Option<Self> {
+    fn new(time_s: f64, nav: &NavTlm, truth: &TruthSample, least: Option<&Least>) -> Option<Self> {
         let (r, v) = (truth.packet.position_m, truth.packet.velocity_mps);
         let radial = Vec3::<Inertial>::from_array(r).unit()?;
         let across = Vec3::from_array(v).cross(&radial).unit()?;
         let directions = [radial, radial.cross(&across), across];
         let difference = |a: [f64; 3], b: [f64; 3]| Vec3::<Inertial>::from_array(a) + -Vec3::from_array(b);
         let (dr, dv) = (difference(nav.position_m, r), difference(nav.velocity_mps, v));
-        let along = |error: &Vec3<Inertial>, block: usize| {
-            directions.map(|unit| (error.dot(&unit), sigma(&nav.covariance, block, unit.to_array())))
+        let along = |error: &Vec3<Inertial>, block: usize, least: Option<Matrix3<f64>>| {
+            directions.map(|unit| Along {
+                error: error.dot(&unit),
+                sigma: sigma(&nav.covariance, block, unit.to_array()),
+                least: least.map_or(f64::NAN, |least| {
+                    let unit = Vector3::from(unit.to_array());
+                    unit.dot(&(least * unit)).max(0.0).sqrt()
+                }),
+            })
         };
-        Some(Self { time_s, position: along(&dr, 0), velocity: along(&dv, 3) })
+        let (position, velocity) = (least.map(|l| l.position), least.map(|l| l.velocity));
+        Some(Self { time_s, position: along(&dr, 0, position), velocity: along(&dv, 3, velocity) })
     }
 }
 
@@ -58,22 +80,38 @@ fn errors(
     epochs: &[Epoch],
     title: &'static str,
     unit: &str,
-    of: impl Fn(&Epoch) -> &[(f64, f64); 3],
+    of: impl Fn(&Epoch) -> &[Along; 3],
 ) -> Figure {
     let panel = |axis: usize| {
         let of = |e: &Epoch| of(e)[axis];
         let (x, height) = if axis < 2 { (story.time_axis().silent(), 140) } else { (story.time_axis(), 176) };
-        let band = epochs.iter().map(|e| (e.time_s, -3.0 * of(e).1, 3.0 * of(e).1)).collect();
-        let error: Vec<Point> = epochs.iter().map(|e| (e.time_s, of(e).0)).collect();
+        let band = epochs.iter().map(|e| (e.time_s, -3.0 * of(e).sigma, 3.0 * of(e).sigma)).collect();
+        let error: Vec<Point> = epochs.iter().map(|e| (e.time_s, of(e).error)).collect();
+        let least = |side: f64| -> Vec<Point> { epochs.iter().map(|e| (e.time_s, side * of(e).least)).collect() };
         Panel::new(x, Axis::fit(format!("{}, {unit}", AXES[axis])).symmetric(), height)
             .instants(story.modes().iter().map(|m| m.0), Ink::Muted)
             .band(band, Ink::Blue)
+            .line(least(-3.0), Ink::Text)
+            .line(least(3.0), Ink::Text)
             .line(error, Ink::Orange)
+    };
+    let mut legend =
+        vec![(Mark::Line, Ink::Orange, "error".into()), (Mark::Band, Ink::Blue, "±3σ of the filter".into())];
+    let limit = if !story.record.bound.is_empty() {
+        legend.push((Mark::Line, Ink::Text, "±3σ at the Cramér–Rao bound".into()));
+        "The bound is what the best filter could know from the readings of this flight, with every error of the sensors \
+         that the flight software was told of."
+    } else if story.record.facts.navigation == NavigationMode::Ideal {
+        "Ideal navigation is the truth itself: no bound applies to it."
+    } else {
+        "What was recorded does not tell the Cramér–Rao bound."
     };
     Figure {
         title,
-        caption: "Estimate minus truth along the radius, along the track and across it (positive to the right).".into(),
-        legend: vec![(Mark::Line, Ink::Orange, "error".into()), (Mark::Band, Ink::Blue, "±3σ of the filter".into())],
+        caption: format!(
+            "Estimate minus truth along the radius, along the track and across it (positive to the right). {limit}"
+        ),
+        legend,
         panels: if epochs.len() > 1 { vec![panel(0), panel(1), panel(2)] } else { Vec::new() },
         missing: "No navigation telemetry with a true state at its time was recorded.",
     }
