@@ -14,7 +14,7 @@ use fsw_core::planet::Planet;
 use fsw_core::time::MissionTime;
 
 /// Flight computers that are maltreated.
-const COMPUTERS: u64 = 24;
+const COMPUTERS: u64 = NavigationMode::ALL.len() as u64 + 2;
 /// Absurd packets to each.
 const PACKETS: u32 = 1500;
 /// Frames of the healthy stream that follows.
@@ -207,7 +207,7 @@ fn block(random: &mut Seeded) -> ParameterBlock {
             ParameterBlock::Control(ControlParameters { initial_bank_rad, max_rate_radps, max_accel_radps2, lag_s })
         }
         _ => ParameterBlock::Modes(Modes {
-            navigation: random.one_of(&[NavigationMode::Ekf, NavigationMode::DeadReckoning, NavigationMode::Ideal]),
+            navigation: random.one_of(NavigationMode::ALL),
             trigger: random.one_of(&[TriggerKind::Speed, TriggerKind::Range]),
             ..Modes::default()
         }),
@@ -324,11 +324,12 @@ impl Ground {
     }
 
     /// Extreme parameters, as far as they are accepted; then armed and started.
-    fn take_off(&mut self, random: &mut Seeded) {
+    fn take_off(&mut self, navigation: NavigationMode, random: &mut Seeded) {
         self.send(MissionTime::ZERO, Uplink::Hello(Hello::ours(2)));
         for _ in 0..random.below(16) {
             self.load(block(random));
         }
+        self.load(ParameterBlock::Modes(Modes { navigation, ..self.computer.executive().config.modes }));
         self.max_accel_radps2 = self.computer.executive().config.control.max_accel_radps2;
         self.arm();
         if !self.computer.executive().is_armed() {
@@ -390,6 +391,12 @@ impl Ground {
     }
 }
 
+/// Every algorithm has its turn.
+fn navigation(seed: u64) -> NavigationMode {
+    let all = NavigationMode::ALL;
+    all[seed as usize % all.len()]
+}
+
 /// What a working unit gives in free fall.
 fn healthy(random: &mut Seeded) -> Imu {
     let mut counts = || core::array::from_fn(|_| random.below(200) as i32 - 100);
@@ -400,7 +407,7 @@ fn healthy(random: &mut Seeded) -> Imu {
 fn nonsense_never_stops_the_flight_computer_and_a_healthy_stream_is_followed_afterwards() {
     for seed in 0..COMPUTERS {
         let (mut random, mut ground) = (Seeded(seed), Ground::new());
-        ground.take_off(&mut random);
+        ground.take_off(navigation(seed), &mut random);
         for _ in 0..PACKETS {
             ground.send_absurd(&mut random);
         }
@@ -428,6 +435,7 @@ fn a_computer_with_sound_parameters_navigates_again_or_says_that_it_cannot() {
         };
         ground.send(MissionTime::ZERO, Uplink::Hello(Hello::ours(2)));
         ground.load(ParameterBlock::InitialKnowledge(high));
+        ground.load(ParameterBlock::Modes(Modes { navigation: navigation(seed), ..default.modes }));
         ground.max_accel_radps2 = default.control.max_accel_radps2;
         ground.arm();
         ground.send(MissionTime::ZERO, Uplink::Command(Command::Go { pace: Pace::LockStep }));

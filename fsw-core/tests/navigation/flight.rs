@@ -29,6 +29,8 @@ pub struct Case {
     pub parameters: NavigationParameters,
     /// Frames without an inertial measurement.
     pub gap: (u32, u32),
+    /// Share of the readings of pressure and radio that are nonsense, finite but far off.
+    pub nonsense: f64,
 }
 
 /// What came of it.
@@ -46,6 +48,8 @@ pub struct Outcome {
     pub estimate: Estimate,
     pub peak_load_mps2: f64,
     pub invalid_frames: u32,
+    /// Frames whose estimate held a number that is none.
+    pub not_finite: u32,
 }
 
 impl Outcome {
@@ -69,6 +73,7 @@ pub fn default_case(seed: u64) -> Case {
         dispersed: true,
         parameters: Config::DEFAULT.navigation,
         gap: (0, 0),
+        nonsense: 0.0,
     }
 }
 
@@ -151,8 +156,10 @@ pub fn fly(case: &Case) -> Outcome {
         estimate: Estimate::default(),
         peak_load_mps2: 0.0,
         invalid_frames: 0,
+        not_finite: 0,
     };
     let root_dt = DT_S.sqrt();
+    let mut fuzz = Noise::new(case.seed ^ 0x5EED_0000);
     for frame in 1..=20_000u32 {
         let now = MissionTime::of_frame(frame);
         let (dv, dtheta) = truth.advance();
@@ -204,6 +211,7 @@ pub fn fly(case: &Case) -> Outcome {
                 });
             }
         }
+        spoil(&mut batch, case.nonsense, &mut fuzz);
         let bank_before = out.estimate.bank_rad;
         let e = navigator.step(now, &batch, &context);
         if frame > 1 && dv.norm() > 0.0 && !case.dispersed {
@@ -214,6 +222,7 @@ pub fn fly(case: &Case) -> Outcome {
             out.given_up = navigator.given_up().map(|why| (now.as_s(), why));
         }
         out.invalid_frames += u32::from(!e.valid);
+        out.not_finite += u32::from(!(e.r_i.is_finite() && e.v_i.is_finite() && e.log_density.is_finite()));
         out.estimate = e;
         if frame % 5 == 0 {
             let tlm = navigator.telemetry();
@@ -234,6 +243,19 @@ pub fn fly(case: &Case) -> Outcome {
     out.bank_error_rad = e.bank_rad - rad(BANK_DEG);
     out.counters = navigator.counters();
     out
+}
+
+/// Replaces a share of the readings by finite ones that are anything but true.
+fn spoil(batch: &mut Batch, share: f64, fuzz: &mut Noise) {
+    let mut is_spoilt = || share > 0.0 && fuzz.between(0.0, 1.0) < share;
+    let (pressure, radio) = (is_spoilt(), is_spoilt());
+    if let (true, Some(p)) = (pressure, &mut batch.pressure) {
+        p.stagnation_pa *= fuzz.between(-5.0, 3.0).exp();
+    }
+    for m in batch.radio.iter_mut().flatten().filter(|_| radio) {
+        m.range_m += fuzz.between(-1e6, 1e6);
+        m.range_rate_mps += fuzz.between(-1e4, 1e4);
+    }
 }
 
 /// eᵀ P⁻¹ e of position and velocity, by Cholesky.

@@ -4,7 +4,7 @@ use fsw_core::link::parameters::NavigationMode;
 use fsw_core::nav::estimators::divided::Order;
 use fsw_core::nav::modelled::design::{Design, Family};
 
-use crate::flight::{Outcome, default_case, fly};
+use crate::flight::{Case, Outcome, default_case, fly};
 use crate::{campaign, campaign_of, rms};
 
 /// Flights of each filter where all fly.
@@ -71,5 +71,24 @@ fn filters_that_know_of_density_and_lift_beat_dead_reckoning_and_know_how_well()
         assert!(flights.iter().all(|o| o.given_up.is_none()));
         assert!(r < 0.7 * r0 && v < 0.7 * v0, "{}: {r} {v}", mode.name());
         assert!(nees < 7.0, "{}: {nees}", mode.name());
+    }
+}
+
+#[test]
+fn among_readings_that_are_nonsense_no_filter_says_a_number_that_is_none_nor_an_indefinite_covariance() {
+    for mode in NavigationMode::ALL.iter().copied().filter(|mode| *mode != NavigationMode::Ideal) {
+        for (seed, nonsense) in [(1, 0.3), (2, 1.0)] {
+            let o = fly(&Case { seed, mode, nonsense, ..default_case(seed) });
+            println!(
+                "{}, {nonsense}: {:.0} m, {:.1} m/s {:?}",
+                mode.name(),
+                o.position_error_m,
+                o.velocity_error_mps,
+                o.given_up
+            );
+            assert_eq!(o.not_finite, 0, "{}", mode.name());
+            // A square root of a negative pivot would be none.
+            assert!(o.nees.iter().all(|nees| nees.is_finite()), "{}", mode.name());
+        }
     }
 }
