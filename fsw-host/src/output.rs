@@ -19,8 +19,18 @@ pub fn print(text: &str) -> Result<(), HostError> {
 /// # Errors
 /// Standard output cannot be written.
 pub fn print_json(value: &impl Serialize) -> Result<(), HostError> {
-    let mut out = io::stdout().lock();
-    written(serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from).and_then(|()| writeln!(out)))
+    print(&json_text(value).map_err(HostError::file("write", "standard output"))?)
+}
+
+/// A value as indented JSON, with a line feed behind it. All JSON passes through here: for each writer of its own, what serde
+/// makes of every type would be compiled again.
+///
+/// # Errors
+/// The value refuses.
+pub fn json_text(value: &impl Serialize) -> io::Result<String> {
+    let mut text = serde_json::to_string_pretty(value)?;
+    text.push('\n');
+    Ok(text)
 }
 
 /// Judges the outcome of writing to standard output.

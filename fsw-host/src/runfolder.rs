@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::HostError;
 use crate::linklog::LinkLogWriter;
+use crate::output::json_text;
 use crate::record::FlightRecord;
 use crate::{report, telemetry};
 
@@ -104,10 +105,7 @@ impl RunFolder {
     /// A file cannot be written.
     pub fn write_record(&self, record: &FlightRecord, csv: bool) -> Result<(), HostError> {
         // The shortest and most telling file first: on a disk that is nearly full it is the one to have.
-        self.whole("summary.json", |out| {
-            serde_json::to_writer_pretty(&mut *out, &record.summary)?;
-            writeln!(out)
-        })?;
+        self.whole("summary.json", |out| out.write_all(json_text(&record.summary)?.as_bytes()))?;
         let columns = telemetry::table(record);
         self.whole("telemetry.parquet", |out| telemetry::write_parquet(&columns, out))?;
         if csv {

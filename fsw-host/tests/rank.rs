@@ -1,32 +1,11 @@
 //! `rank` as a user meets it: one table for all filters on the same bytes, and one sentence for every bad input.
 
+mod support;
+
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
 
 use serde_json::Value;
-
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("aeroshell-rank-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).expect("a scratch folder can be made");
-        Self(path)
-    }
-
-    fn rank(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_aeroshell"));
-        command.arg("rank").args(arguments).current_dir(&self.0).output().expect("the program starts")
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
+use support::{Scratch, assert_refused};
 
 fn number(value: &Value, path: &str) -> f64 {
     value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {path} in {value}"))
@@ -34,10 +13,10 @@ fn number(value: &Value, path: &str) -> f64 {
 
 #[test]
 fn filters_are_ranked_on_the_same_logs_beside_the_bound_whatever_the_threads() {
-    let scratch = Scratch::new("whole");
+    let scratch = Scratch::new(&["rank"], "whole");
     let filters = "ekf,dead-reckoning,augmented,rddf2-lite,mmae-product";
     let run = |jobs: &str, out: &str| {
-        let flown = scratch.rank(&["msl", "--runs", "2", "--filters", filters, "--jobs", jobs, "--out", out, "--json"]);
+        let flown = scratch.run(&["msl", "--runs", "2", "--filters", filters, "--jobs", jobs, "--out", out, "--json"]);
         assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
         String::from_utf8(flown.stdout).expect("JSON is text")
     };
@@ -56,14 +35,14 @@ fn filters_are_ranked_on_the_same_logs_beside_the_bound_whatever_the_threads() {
     assert!(number(of("ekf"), "/miss_m/2") < 2_500.0);
     assert_eq!(of("mmae-product")["given_up"], 2, "a plain product of densities underflows and is found out");
     assert!(placed.iter().all(|p| p["not_finite"] == 0 && p["opened"] == 2));
-    let page = fs::read_to_string(scratch.0.join("one/rank.html")).expect("the page");
+    let page = fs::read_to_string(scratch.path.join("one/rank.html")).expect("the page");
     assert!(page.contains("Cramér–Rao bound") && page.contains("<svg"));
-    assert!(fs::read_to_string(scratch.0.join("one/rank.json")).is_ok());
+    assert!(fs::read_to_string(scratch.path.join("one/rank.json")).is_ok());
 }
 
 #[test]
 fn bad_input_is_refused_in_one_sentence() {
-    let scratch = Scratch::new("refused");
+    let scratch = Scratch::new(&["rank"], "refused");
     for (arguments, words) in [
         (&["msl", "--filters", "kalman"][..], "kalman"),
         (&["msl", "--runs", "0"], "0"),
@@ -71,16 +50,12 @@ fn bad_input_is_refused_in_one_sentence() {
         (&["nowhere"], "nowhere"),
         (&["msl-ideal"], "ideal"),
     ] {
-        let output = scratch.rank(arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains(words) && !said.contains("panicked"), "{said}");
+        assert_refused(&scratch.run(arguments), &[words]);
     }
-    let theirs = scratch.0.join("theirs");
+    let theirs = scratch.path.join("theirs");
     fs::create_dir_all(&theirs).expect("a folder");
     fs::write(theirs.join("entries.jsonl"), "{}\n").expect("a file");
-    let output = scratch.rank(&["msl", "--runs", "1", "--filters", "ekf", "--open-loop", "--out", "theirs"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no list of entries of a ranking"));
-    assert!(!scratch.0.join("rankings").exists(), "nothing is written before the input is known to be good");
+    let output = scratch.run(&["msl", "--runs", "1", "--filters", "ekf", "--open-loop", "--out", "theirs"]);
+    assert_refused(&output, &["no list of entries of a ranking"]);
+    assert!(!scratch.path.join("rankings").exists(), "nothing is written before the input is known to be good");
 }

@@ -1,63 +1,23 @@
 //! `study` as a user meets it: every file there, figures that belong together, a study that goes on, and one sentence for
 //! every bad input.
 
+mod support;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
+use support::{Scratch, assert_refused, stderr, text};
 
 const RUNS: usize = 8;
 const MODES: [&str; 3] = ["paper", "segmented", "segmented-table"];
 
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("aeroshell-study-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).expect("a scratch folder can be made");
-        Self(path)
-    }
-
-    fn study(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_aeroshell"));
-        command.args(["study", "npc"]).args(arguments).current_dir(&self.0);
-        command.output().expect("the program starts")
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn text(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-#[track_caller]
-fn assert_refused(output: &Output, words: &[&str]) {
-    let said = stderr(output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(!said.contains("panicked"), "{said}");
-    for word in words {
-        assert!(said.contains(word), "{word:?} is missing in: {said}");
-    }
-}
-
 #[test]
 fn the_experiment_of_the_paper_is_flown_compared_drawn_and_goes_on_where_it_was() {
-    let scratch = Scratch::new("whole");
+    let scratch = Scratch::new(&["study", "npc"], "whole");
     let arguments = ["--runs", "8", "--seed", "5", "--out", "npc"];
-    let flown = scratch.study(&[&arguments[..], &["--json"]].concat());
+    let flown = scratch.run(&[&arguments[..], &["--json"]].concat());
     assert!(flown.status.success(), "{}", stderr(&flown));
-    let folder = scratch.0.join("npc");
+    let folder = scratch.path.join("npc");
 
     let printed: Value = serde_json::from_slice(&flown.stdout).expect("--json prints JSON");
     let written: Value = serde_json::from_str(&text(&folder.join("study.json"))).expect("study.json is JSON");
@@ -100,28 +60,28 @@ fn the_experiment_of_the_paper_is_flown_compared_drawn_and_goes_on_where_it_was(
     // One mode lost: it alone is flown again, to the same points.
     fs::remove_dir_all(folder.join("segmented")).expect("the mode can be removed");
     fs::remove_file(folder.join("points.csv")).expect("the points can be removed");
-    let again = scratch.study(&[&arguments[..], &["--quiet"]].concat());
+    let again = scratch.run(&[&arguments[..], &["--quiet"]].concat());
     assert!(again.status.success() && again.stdout.is_empty(), "{}", stderr(&again));
     assert_eq!(text(&folder.join("points.csv")), points);
 
     // Another study does not get into the folder.
-    let other = scratch.study(&["--runs", "8", "--seed", "6", "--out", "npc", "--quiet"]);
+    let other = scratch.run(&["--runs", "8", "--seed", "6", "--out", "npc", "--quiet"]);
     assert_refused(&other, &["npc/paper", "the seed is 5 there and 6 here", "--out"]);
 }
 
 #[test]
 fn bad_input_is_one_sentence() {
-    let scratch = Scratch::new("bad");
-    assert_refused(&scratch.study(&["--runs", "0"]), &["--runs 0", "1 to"]);
-    assert_refused(&scratch.study(&["--runs", "-3"]), &["--runs"]);
-    assert_refused(&scratch.study(&["--runs", "2", "--config", "marz"]), &["marz"]);
-    assert_refused(&scratch.study(&["--runs", "2", "--set", "vehicle.mass_kg=-1"]), &["vehicle.mass_kg"]);
-    fs::write(scratch.0.join("file"), "x").expect("a file");
-    assert_refused(&scratch.study(&["--runs", "2", "--out", "file"]), &["file", "--out"]);
-    fs::create_dir(scratch.0.join("mine")).expect("a folder");
-    fs::write(scratch.0.join("mine/letter.txt"), "x").expect("a file");
-    let occupied = scratch.study(&["--runs", "2", "--out", "mine", "--force"]);
+    let scratch = Scratch::new(&["study", "npc"], "bad");
+    assert_refused(&scratch.run(&["--runs", "0"]), &["--runs 0", "1 to"]);
+    assert_refused(&scratch.run(&["--runs", "-3"]), &["--runs"]);
+    assert_refused(&scratch.run(&["--runs", "2", "--config", "marz"]), &["marz"]);
+    assert_refused(&scratch.run(&["--runs", "2", "--set", "vehicle.mass_kg=-1"]), &["vehicle.mass_kg"]);
+    fs::write(scratch.path.join("file"), "x").expect("a file");
+    assert_refused(&scratch.run(&["--runs", "2", "--out", "file"]), &["file", "--out"]);
+    fs::create_dir(scratch.path.join("mine")).expect("a folder");
+    fs::write(scratch.path.join("mine/letter.txt"), "x").expect("a file");
+    let occupied = scratch.run(&["--runs", "2", "--out", "mine", "--force"]);
     assert_refused(&occupied, &["mine", "letter.txt", "--out"]);
-    assert_eq!(text(&scratch.0.join("mine/letter.txt")), "x");
-    assert!(!scratch.0.join("studies").exists(), "a refused study leaves no folder");
+    assert_eq!(text(&scratch.path.join("mine/letter.txt")), "x");
+    assert!(!scratch.path.join("studies").exists(), "a refused study leaves no folder");
 }

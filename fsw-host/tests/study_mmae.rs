@@ -1,55 +1,9 @@
 //! `study mmae` as a user meets it: files, figures that belong together, and one sentence for every bad input.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod support;
 
 use serde_json::Value;
-
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("aeroshell-mmae-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).expect("a scratch folder can be made");
-        Self(path)
-    }
-
-    fn study(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_aeroshell"));
-        command.args(["study", "mmae"]).args(arguments).current_dir(&self.0);
-        command.output().expect("the program starts")
-    }
-
-    fn config(&self, text: &str) {
-        fs::write(self.0.join("my.toml"), text).expect("a file can be written");
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn text(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-#[track_caller]
-fn assert_refused(output: &Output, words: &[&str]) {
-    let said = stderr(output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(!said.contains("panicked") && said.trim_end().lines().count() == 1, "{said}");
-    for word in words {
-        assert!(said.contains(word), "{word:?} is missing in: {said}");
-    }
-}
+use support::{Scratch, assert_refused_in_a_line, stderr, text};
 
 const GROUPS: [&str; 4] = ["fixed", "table5", "ranking", "robust"];
 
@@ -78,11 +32,11 @@ fn filter<'a>(study: &'a Value, group: &str, scenario: usize, label: &str) -> &'
 
 #[test]
 fn the_experiment_is_flown_compared_and_drawn_the_same_on_any_number_of_threads() {
-    let scratch = Scratch::new("whole");
-    let flown = scratch.study(&["--runs", "2", "--seed", "3", "--out", "a", "--json"]);
+    let scratch = Scratch::new(&["study", "mmae"], "whole");
+    let flown = scratch.run(&["--runs", "2", "--seed", "3", "--out", "a", "--json"]);
     assert!(flown.status.success(), "{}", stderr(&flown));
     let printed: Value = serde_json::from_slice(&flown.stdout).expect("--json prints JSON");
-    let written: Value = serde_json::from_str(&text(&scratch.0.join("a/study.json"))).expect("study.json is JSON");
+    let written: Value = serde_json::from_str(&text(&scratch.path.join("a/study.json"))).expect("study.json is JSON");
     assert_eq!(printed, written);
 
     for case in cases(&written) {
@@ -102,7 +56,12 @@ fn the_experiment_is_flown_compared_and_drawn_the_same_on_any_number_of_threads(
     let error = |label: &str| filter(&written, "ranking", 2, label)["rmse"]["position_m"].as_f64().expect("an error");
     assert!(10.0 * error("augmented") < error("ekf"), "{} {}", error("augmented"), error("ekf"));
 
-    let page = text(&scratch.0.join("a/study.html"));
+    for case in cases(&written).filter(|case| !case["bound"].is_null()) {
+        let of = |what: &str| case["bound"][what]["position_m"].as_f64().expect("a bound");
+        // Of few entries: what attains the bound is near it.
+        assert!((0.2..5.0).contains(&(of("attained") / of("unknown_density"))), "{}", case["bound"]);
+    }
+    let page = text(&scratch.path.join("a/study.html"));
     assert!(
         page.matches("<svg").count() >= 7
             && ["Figs. 5", "Fig. 9", "Fig. 11", "Table 5"].iter().all(|f| page.contains(f))
@@ -110,18 +69,18 @@ fn the_experiment_is_flown_compared_and_drawn_the_same_on_any_number_of_threads(
     assert!(!page.contains("NaN"));
 
     // The configuration in the folder is the whole study.
-    let config = scratch.0.join("a/study.toml");
+    let config = scratch.path.join("a/study.toml");
     let config = config.to_string_lossy();
-    let again = scratch.study(&[&config, "--runs", "2", "--seed", "3", "--jobs", "1", "--out", "b", "--quiet"]);
+    let again = scratch.run(&[&config, "--runs", "2", "--seed", "3", "--jobs", "1", "--out", "b", "--quiet"]);
     assert!(again.status.success() && again.stdout.is_empty(), "{}", stderr(&again));
-    let mut repeated: Value = serde_json::from_str(&text(&scratch.0.join("b/study.json"))).expect("JSON");
+    let mut repeated: Value = serde_json::from_str(&text(&scratch.path.join("b/study.json"))).expect("JSON");
     repeated["command"] = written["command"].clone();
     assert_eq!(without_times(repeated), without_times(written));
 }
 
 #[test]
 fn bad_input_is_one_sentence() {
-    let scratch = Scratch::new("bad");
+    let scratch = Scratch::new(&["study", "mmae"], "bad");
     for (config, words) in [
         ("[ranking]\nrate_hz = 0\n", ["my.toml", "ranking.rate_hz", "is 0"]),
         ("[table5]\nrate_hz = 3.0\n", ["my.toml", "table5.rate_hz", "whole number of steps"]),
@@ -137,9 +96,9 @@ fn bad_input_is_one_sentence() {
         ("[flight\n", ["my.toml", "line 1", ""]),
     ] {
         scratch.config(config);
-        assert_refused(&scratch.study(&["my.toml", "--runs", "2"]), &words);
+        assert_refused_in_a_line(&scratch.run(&["my.toml", "--runs", "2"]), &words);
     }
-    assert_refused(&scratch.study(&["--runs", "0"]), &["--runs 0", "1 to"]);
-    assert_refused(&scratch.study(&["nowhere.toml"]), &["nowhere.toml"]);
-    assert!(!scratch.0.join("studies").exists(), "a refused study leaves no folder");
+    assert_refused_in_a_line(&scratch.run(&["--runs", "0"]), &["--runs 0", "1 to"]);
+    assert_refused_in_a_line(&scratch.run(&["nowhere.toml"]), &["nowhere.toml"]);
+    assert!(!scratch.path.join("studies").exists(), "a refused study leaves no folder");
 }

@@ -2,6 +2,7 @@
 
 use fsw_study::mmae::config::Config;
 use fsw_study::mmae::{Study, bars::bars};
+use fsw_study::settings::Stored;
 
 fn main() -> Result<(), String> {
     let mut args = std::env::args().skip(1);
@@ -22,7 +23,11 @@ fn main() -> Result<(), String> {
             println!("  {name:<22} {x:9.2} {y:9.2} {z:9.2} | {vx:8.4} {vy:8.4} {vz:8.4} | {rest}");
         };
         if let Some(bound) = case.bound {
-            for (name, b) in [("bound", bound.unknown_density), ("bound, density known", bound.known_density)] {
+            for (name, b) in [
+                ("bound", bound.unknown_density),
+                ("attained here", bound.attained),
+                ("bound, density known", bound.known_density),
+            ] {
                 line(name, b.axes, format!("{:9.2} {:8.4}", b.position_m, b.velocity_mps));
             }
         }

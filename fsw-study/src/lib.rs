@@ -7,6 +7,7 @@
 //! * [`track`] what a filter did in one run, [`tally`] and in all of them: RMSE, NEES, divergences, definiteness.
 //! * [`consistency`] normalised error and definiteness of a covariance.
 //! * [`cost`] host time of a step. * [`bound`] posterior Cramér–Rao bound of any model and sensors.
+//! * [`limit`] the bound over time, averaged over flights.
 //! * [`inertial`] that of inertial navigation with every error of its sensors.
 //!
 //! Studies: [`sekf`] P1's self-calibrating Kalman filter, [`ddf`] P2's divided-difference filters, [`mmae`] P3's multiple
@@ -19,6 +20,7 @@ pub mod consistency;
 pub mod cost;
 pub mod ddf;
 pub mod inertial;
+pub mod limit;
 pub mod mmae;
 pub mod runs;
 pub mod sekf;

@@ -3,6 +3,21 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// Settings that are read and written where they are defined: what serde makes of them is compiled there, once.
+pub trait Stored: Sized + Default {
+    /// The settings of a TOML file, in range.
+    ///
+    /// # Errors
+    /// One sentence for the first thing that is wrong.
+    fn from_toml(text: &str) -> Result<Self, String>;
+
+    /// As TOML.
+    ///
+    /// # Errors
+    /// They cannot be written as TOML.
+    fn to_toml(&self) -> Result<String, String>;
+}
+
 /// TOML text; the error is one line with the field or the place.
 ///
 /// # Errors

@@ -35,7 +35,7 @@ use sha2::{Digest, Sha256};
 use crate::cli::CampaignArgs;
 use crate::error::HostError;
 use crate::interrupt;
-use crate::output::{print, print_json};
+use crate::output::{json_text, print, print_json};
 use crate::record::ScenarioFacts;
 
 use arguments::MOST_RUNS;
@@ -223,6 +223,5 @@ fn earlier_sitting(folder: &Folder) -> (f64, Option<f64>) {
 }
 
 pub(crate) fn write_json(value: &impl Serialize, out: &mut impl io::Write) -> io::Result<()> {
-    serde_json::to_writer_pretty(&mut *out, value)?;
-    writeln!(out)
+    out.write_all(json_text(value)?.as_bytes())
 }

@@ -1,15 +1,16 @@
-//! What the studies of navigation filters have in common: options, the TOML file, the folder, threads.
+//! What the studies of navigation filters have in common: options, the TOML file, the folder, threads, and how they end.
 
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use fsw_study::settings;
+use fsw_study::settings::Stored;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use crate::error::HostError;
+use crate::output::{json_text, print};
+use crate::report::PlotError;
 use crate::runfolder::write_whole;
 
 /// Folder in which study folders are made when none is named.
@@ -56,11 +57,7 @@ pub struct PaperArgs {
 }
 
 impl PaperArgs {
-    /// The number of runs, or `default`.
-    ///
-    /// # Errors
-    /// Out of range.
-    pub fn runs(&self, default: u64) -> Result<u64, HostError> {
+    fn runs(&self, default: u64) -> Result<u64, HostError> {
         match self.runs.unwrap_or(default) {
             runs @ 1..=MAX_RUNS => Ok(runs),
             runs => Err(HostError::Option(format!("--runs {runs} is out of range: 1 to {MAX_RUNS}"))),
@@ -71,18 +68,54 @@ impl PaperArgs {
         self.config.as_deref().or(self.config_option.as_deref())
     }
 
-    /// The configuration: defaults where it is silent, then checked by `check`, which gives a sentence for what is wrong.
+    /// The configuration, of which the file may leave out anything; and the number of runs, or `default_runs`.
     ///
     /// # Errors
-    /// The file cannot be read, is none, or is refused.
-    pub fn load<T: DeserializeOwned + Serialize + Default>(
+    /// The file cannot be read, is none, or is refused; the number is out of range.
+    pub fn begin<C: Stored>(&self, default_runs: u64) -> Result<(C, u64), HostError> {
+        let config = self.config().map_or_else(|| Ok(C::default()), read)?;
+        Ok((config, self.runs(default_runs)?))
+    }
+
+    /// The folder, with the configuration in it.
+    ///
+    /// # Errors
+    /// As of [`Self::folder`], or the file cannot be written.
+    pub fn open(&self, name: &str, runs: u64, config: &impl Stored) -> Result<PathBuf, HostError> {
+        let folder = self.folder(name, runs)?;
+        write(config, &folder.join(CONFIG))?;
+        Ok(folder)
+    }
+
+    /// What every study's figures begin with.
+    #[must_use]
+    pub fn head(&self, study: &'static str, paper: &'static str, runs: u64) -> Head {
+        Head { study, paper, command: self.command_with_numbers(study, runs), seed: self.seed, runs }
+    }
+
+    /// Leaves page and figures in the folder, and prints what was asked for: the figures, `screen`, or nothing.
+    ///
+    /// # Errors
+    /// A plot cannot be drawn, or a file cannot be written.
+    pub fn leave(
         &self,
-        check: impl Fn(&T) -> Result<(), String>,
-    ) -> Result<T, HostError> {
-        let Some(path) = self.config() else { return Ok(T::default()) };
-        let config = named(path, settings::parse_over_defaults(&text(path)?))?;
-        named(path, check(&config))?;
-        Ok(config)
+        folder: &Path,
+        study: &impl Serialize,
+        page: Result<String, PlotError>,
+        screen: impl FnOnce() -> String,
+    ) -> Result<(), HostError> {
+        let page = page.map_err(|e| HostError::Option(e.to_string()))?;
+        write_whole(&folder.join(PAGE), |out| out.write_all(page.as_bytes()))?;
+        let path = folder.join(JSON);
+        let json = json_text(study).map_err(HostError::file("write", &path))?;
+        write_whole(&path, |out| out.write_all(json.as_bytes()))?;
+        if self.json {
+            print(&json)
+        } else if self.quiet {
+            Ok(())
+        } else {
+            print(&screen())
+        }
     }
 
     /// The command that repeats the study, without its numbers.
@@ -93,8 +126,7 @@ impl PaperArgs {
     }
 
     /// The same with them.
-    #[must_use]
-    pub fn command_with_numbers(&self, name: &str, runs: u64) -> String {
+    fn command_with_numbers(&self, name: &str, runs: u64) -> String {
         format!("{} --runs {runs} --seed {}", self.command(name), self.seed)
     }
 
@@ -102,7 +134,7 @@ impl PaperArgs {
     ///
     /// # Errors
     /// It is a file, holds something that is of no study, or cannot be made.
-    pub fn folder(&self, name: &str, runs: u64) -> Result<PathBuf, HostError> {
+    fn folder(&self, name: &str, runs: u64) -> Result<PathBuf, HostError> {
         let own = || Path::new(STUDIES).join(format!("{name}-seed{}-{runs}runs", self.seed));
         let path = self.out.clone().unwrap_or_else(own);
         if path.exists() && !path.is_dir() {
@@ -135,31 +167,33 @@ impl PaperArgs {
     }
 }
 
-/// A TOML file of which no field may be missing.
+/// What every study's figures begin with.
+#[derive(Serialize)]
+pub struct Head {
+    study: &'static str,
+    paper: &'static str,
+    /// Repeats it.
+    pub command: String,
+    /// Of all noises.
+    pub seed: u64,
+    /// Of every case.
+    pub runs: u64,
+}
+
+/// Settings from a TOML file.
 ///
 /// # Errors
-/// It cannot be read, is not TOML, or has a field that is missing, unknown or of another type: one sentence with its place.
-pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T, HostError> {
-    named(path, settings::parse(&text(path)?))
+/// It cannot be read, or is refused: one sentence with the place of what is wrong.
+pub fn read<T: Stored>(path: &Path) -> Result<T, HostError> {
+    let text = fs::read_to_string(path).map_err(HostError::file("read", path))?;
+    T::from_toml(&text).map_err(|what| HostError::Option(format!("{}: {what}", path.display())))
 }
 
 /// Writes settings as TOML.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write<T: Serialize>(settings: &T, path: &Path) -> Result<(), HostError> {
-    let text = settings::write(settings).map_err(HostError::Option)?;
+pub fn write(settings: &impl Stored, path: &Path) -> Result<(), HostError> {
+    let text = settings.to_toml().map_err(HostError::Option)?;
     write_whole(path, |out| out.write_all(text.as_bytes()))
-}
-
-fn text(path: &Path) -> Result<String, HostError> {
-    fs::read_to_string(path).map_err(HostError::file("read", path))
-}
-
-/// What is wrong, with the file in which it is.
-///
-/// # Errors
-/// That.
-pub fn named<T>(path: &Path, result: Result<T, String>) -> Result<T, HostError> {
-    result.map_err(|what| HostError::Option(format!("{}: {what}", path.display())))
 }

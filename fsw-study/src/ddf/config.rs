@@ -5,7 +5,7 @@ use fsw_core::units::rad;
 use serde::{Deserialize, Serialize};
 
 use super::filters::Kind;
-use crate::settings::{each, whole, within};
+use crate::settings::{Stored, each, parse_over_defaults, whole, within, write};
 
 /// States: r, v, γ, θ, λ, ψ.
 pub const STATES: usize = 6;
@@ -259,6 +259,18 @@ impl Default for Tuning {
             seed: 1_000_001,
             runs: 20,
         }
+    }
+}
+
+impl Stored for Config {
+    fn from_toml(text: &str) -> Result<Self, String> {
+        let config: Self = parse_over_defaults(text)?;
+        config.check()?;
+        Ok(config)
+    }
+
+    fn to_toml(&self) -> Result<String, String> {
+        write(self)
     }
 }
 

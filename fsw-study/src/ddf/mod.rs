@@ -5,6 +5,7 @@
 mod config;
 mod draw;
 mod filters;
+pub mod limit;
 mod outcome;
 pub mod reference;
 mod tune;
@@ -12,5 +13,6 @@ mod tune;
 pub use config::{Config, Factors, STATES, Units};
 pub use draw::{Draw, SENSED, Suite};
 pub use filters::{Filter, Flight, Kind, Setup};
+pub use limit::{Knowledge, Limit, limits};
 pub use outcome::{Outcome, fly, fly_all, fly_steps};
 pub use tune::{Tuned, search};

@@ -85,10 +85,11 @@ fn ranking(case: &CaseResult) -> Vec<Bar> {
     let scenario = case.scenario;
     let name = |what: &str| format!("scenario {scenario}: {what}");
     let least = case.bound.map(|bound| bound.unknown_density);
+    let attained = case.bound.map(|bound| bound.attained);
     let augmented = case.filter("augmented");
     let experts = case.filter("experts");
-    let of_bound = |of: fn(&Rmse) -> f64| Some(of(&augmented?.rmse) / of(&least?));
-    let worst_axis = || {
+    let over = |least: Option<Rmse>, of: fn(&Rmse) -> f64| Some(of(&augmented?.rmse) / of(&least?));
+    let worst_axis = |least: Option<Rmse>| {
         let (ours, least) = (augmented?.rmse.axes, least?.axes);
         ours.iter().zip(&least).map(|(a, b)| a / b).reduce(f64::max)
     };
@@ -96,9 +97,13 @@ fn ranking(case: &CaseResult) -> Vec<Bar> {
     let most = if scenario == 1 { 0.95 } else { 0.5 };
     let indefinite = case.filters.iter().map(|f| f.indefinite_share).reduce(f64::max);
     vec![
-        Bar::below(name("augmented, 3-D position over the bound"), of_bound(|r| r.position_m), 1.03),
-        Bar::below(name("augmented, 3-D velocity over the bound"), of_bound(|r| r.velocity_mps), 1.03),
-        Bar::below(name("augmented, worst axis over the bound"), worst_axis(), 1.07),
+        Bar::below(name("augmented, 3-D position over the bound"), over(least, |r| r.position_m), 1.03),
+        Bar::below(name("augmented, 3-D velocity over the bound"), over(least, |r| r.velocity_mps), 1.03),
+        Bar::below(name("augmented, worst axis over the bound"), worst_axis(least), 1.07),
+        // Against what attains the bound on the same draws: without the scatter that both have in common.
+        Bar::below(name("the same, position over what attains it here"), over(attained, |r| r.position_m), 1.03),
+        Bar::below(name("the same, velocity over what attains it here"), over(attained, |r| r.velocity_mps), 1.03),
+        Bar::below(name("the same, worst axis over what attains it here"), worst_axis(attained), 1.07),
         Bar::below(name("augmented, NEES"), augmented.and_then(|f| f.nees), 7.2),
         Bar::below(name("augmented, cost in EKFs"), augmented.and_then(|f| f.ekfs), 1.4),
         Bar::new(name("experts, NEES"), experts.and_then(|f| f.nees), Some(5.5), Some(6.6)),

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::config::{Config, FilterName, Reading};
 use super::filters::{self, STATE, Scenario};
-use super::run::{Note, Outcome, Sight, Watch, bounds};
+use super::limit::Limit;
+use super::run::{Note, Outcome, Sight, Watch};
 use super::truth::{Draw, Truth, fly};
 use crate::bound::MeanBound;
 use crate::runs;
@@ -131,6 +132,9 @@ pub struct BoundResult {
     pub unknown_density: Rmse,
     /// When it is known.
     pub known_density: Rmse,
+    /// Errors, on the very draws of the case, of the linear filter that attains the first: it scatters about the bound with
+    /// the number of entries, and the errors of filters scatter with it.
+    pub attained: Rmse,
 }
 
 /// A case flown.
@@ -207,11 +211,11 @@ impl Case {
         outcomes
     }
 
-    fn run(&self, config: &Config, seed: u64, run: u64) -> (Vec<Outcome>, Option<Bounds>) {
+    fn run(&self, config: &Config, seed: u64, run: u64) -> (Vec<Outcome>, Option<Limit>) {
         let truth = fly(config, &self.draw, seed, run);
         let model = filters::model(config);
         let sight = self.sight(config, &model, &truth, Watch::Record);
-        (self.outcomes(&sight), if self.has_bound { bounds(&sight).ok() } else { None })
+        (self.outcomes(&sight), if self.has_bound { Limit::of(&sight).ok() } else { None })
     }
 
     fn sight<'a>(
@@ -228,22 +232,29 @@ impl Case {
     #[must_use]
     pub fn fly(&self, config: &Config, seed: u64, mut told: impl FnMut(u64)) -> CaseResult {
         let mut sums: BTreeMap<usize, Sums> = BTreeMap::new();
-        let mut least = [MeanBound::default(), MeanBound::default()];
+        let (mut unknown, mut known) = (MeanBound::default(), MeanBound::default());
+        let (mut attained, mut limited) = ([0.0; STATE], 0u64);
         runs::for_each(
             self.runs,
             |run| self.run(config, seed, run),
-            |run, (outcomes, bounds)| {
+            |run, (outcomes, limit)| {
                 for (at, outcome) in outcomes.iter().enumerate() {
                     sums.entry(at).or_default().add(outcome, config.flight.diverged_m);
                 }
-                if let Some(bounds) = bounds {
-                    least.iter_mut().zip(&bounds).for_each(|(mean, bound)| mean.add(bound));
+                if let Some(limit) = limit {
+                    unknown.add(&limit.unknown);
+                    known.add(&limit.known);
+                    add(&mut attained, limit.attained.iter().map(|error| error * error));
+                    limited += 1;
                 }
                 told(run);
             },
         );
-        let [unknown, known] = least.map(|mean| Rmse::of_roots(mean.rmse()));
-        let bound = BoundResult { unknown_density: unknown, known_density: known };
+        let bound = BoundResult {
+            unknown_density: Rmse::of_roots(unknown.rmse()),
+            known_density: Rmse::of_roots(known.rmse()),
+            attained: Rmse::of_squares(attained.map(|sum| sum / limited as f64)),
+        };
         let mut results: Vec<_> = sums.into_values().map(Sums::result).collect();
         let order = |result: &FilterResult| {
             let is = |name: &FilterName| result.label.split(' ').next() == Some(name.name());
@@ -295,8 +306,6 @@ impl Case {
         }
     }
 }
-
-type Bounds = [nalgebra::SMatrix<f64, STATE, STATE>; 2];
 
 /// A filter that shares nothing with another.
 fn alone(filter: FilterName, sight: &Sight<'_>) -> Vec<Outcome> {

@@ -319,6 +319,7 @@ pub struct Robust {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Stored;
 
     #[test]
     fn the_defaults_are_in_range_and_come_back_from_toml() {

@@ -5,10 +5,12 @@
 //! * [`filters`] the filters as settings of the core's kernels. * [`run`] all of them over one entry. * [`case`] over many.
 //! * [`bars`] what is asked of the figures.
 
+mod banks;
 pub mod bars;
 pub mod case;
 pub mod config;
 pub mod filters;
+pub mod limit;
 pub mod run;
 pub mod truth;
 

@@ -3,7 +3,19 @@
 use super::config::{Config, Sensors, Settings, Tuning};
 use super::kind::Kind;
 use super::table1::{SURFACE_M, Table1};
-use crate::settings::{each, whole, within};
+use crate::settings::{Stored, each, parse_over_defaults, whole, within, write};
+
+impl Stored for Config {
+    fn from_toml(text: &str) -> Result<Self, String> {
+        let config: Self = parse_over_defaults(text)?;
+        config.check()?;
+        Ok(config)
+    }
+
+    fn to_toml(&self) -> Result<String, String> {
+        write(self)
+    }
+}
 
 impl Config {
     /// One sentence about the first field out of its range.

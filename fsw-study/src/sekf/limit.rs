@@ -11,11 +11,8 @@ use super::config::Config;
 use super::draw::{Draw, Suite};
 use super::filters::{PARAMETERS, WITH_BIAS, WITH_INPUT, WITH_PARAMETERS};
 use crate::bound::Bound;
-use crate::runs;
-use crate::tally::{mean_from, means_from};
+use crate::limit::{Least, Variances, position_variance};
 
-/// True flights that are averaged: they hardly differ.
-const FLIGHTS: u64 = 20;
 /// Width of the derivatives.
 const WIDTH: usize = STATES + PARAMETERS;
 
@@ -64,9 +61,6 @@ pub fn limits(case: &Case, config: &Config, suite: &Suite, (seed, runs): (u64, u
     all.into_iter().filter_map(|knowledge| limit(case, config, suite, (seed, runs), knowledge).ok()).collect()
 }
 
-/// Least variances along a flight, step by step: of the states and of the position.
-type Variances = Vec<([f64; STATES], f64)>;
-
 fn limit(
     case: &Case,
     config: &Config,
@@ -74,27 +68,9 @@ fn limit(
     (seed, runs): (u64, u64),
     knowledge: Knowledge,
 ) -> Result<Limit, EstimatorError> {
-    let flights = runs::collect(runs.min(FLIGHTS), |run| {
-        along(case, config, suite, &Draw::new(config, suite, seed, run), knowledge)
-    });
-    let mut sums: Variances = vec![([0.0; STATES], 0.0); config.steps()];
-    let count = flights.len() as f64;
-    for flight in flights {
-        for ((states, position), (variances, place)) in sums.iter_mut().zip(flight?) {
-            states.iter_mut().zip(variances).for_each(|(sum, variance)| *sum += variance / count);
-            *position += place / count;
-        }
-    }
-    let history: Vec<[f64; STATES]> = sums.iter().map(|(states, _)| states.map(f64::sqrt)).collect();
-    let position: Vec<f64> = sums.iter().map(|(_, position)| position.sqrt()).collect();
-    let from = config.first_averaged();
-    Ok(Limit {
-        knowledge,
-        rmse: means_from(&history, from),
-        position_rmse_m: mean_from(&position, from),
-        ratio_to_ekf: f64::NAN,
-        history,
-    })
+    let along = |run| along(case, config, suite, &Draw::new(config, suite, seed, run), knowledge);
+    let Least { rmse, position_rmse_m, history } = Least::over(runs, (config.steps(), config.first_averaged()), along)?;
+    Ok(Limit { knowledge, rmse, position_rmse_m, ratio_to_ekf: f64::NAN, history })
 }
 
 /// The bound along one true flight.
@@ -104,7 +80,7 @@ fn along(
     suite: &Suite,
     draw: &Draw,
     knowledge: Knowledge,
-) -> Result<Variances, EstimatorError> {
+) -> Result<Variances<STATES>, EstimatorError> {
     let model = config.truth.model(config.experiment.bank_deg);
     let step_s = config.experiment.step_s;
     let (prior, noise) = deviations(case, config, knowledge);
@@ -168,12 +144,6 @@ fn joined(config: &Config, state: &[f64; STATES], step: usize) -> [f64; WITH_BIA
     let mut joined = [0.0; WITH_BIAS];
     joined.iter_mut().zip(all).for_each(|(to, value)| *to = value);
     joined
-}
-
-/// Variance of the place, m²: radius, longitude and latitude stand on each other at right angles.
-fn position_variance(&[r, _, _, _, latitude, _]: &[f64; STATES], variance: impl Fn(usize) -> f64) -> f64 {
-    let east = r * latitude.cos();
-    variance(0) + east * east * variance(3) + r * r * variance(4)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::Settings;
 use super::kind::Kind;
+use crate::settings::{Stored, parse, write};
 
 /// The settings that the project's own search found.
 const SHIPPED: &str = include_str!("tuned.toml");
@@ -32,13 +33,26 @@ pub struct TunedFile {
     pub tuned: Vec<Tuned>,
 }
 
+impl Stored for TunedFile {
+    /// No field may be missing.
+    fn from_toml(text: &str) -> Result<Self, String> {
+        let tuned: Self = parse(text)?;
+        tuned.check()?;
+        Ok(tuned)
+    }
+
+    fn to_toml(&self) -> Result<String, String> {
+        write(self)
+    }
+}
+
 impl TunedFile {
     /// The settings that come with the program.
     ///
     /// # Errors
     /// Never; a test reads them.
     pub fn shipped() -> Result<Self, String> {
-        crate::settings::parse(SHIPPED)
+        parse(SHIPPED)
     }
 
     /// One sentence about the first line out of its range.

@@ -2,7 +2,7 @@
 //! both under three thresholds (figs. 4 and 5).
 
 use fsw_study::ddf::reference::middle;
-use fsw_study::ddf::{Config, Kind, Outcome, STATES, Units};
+use fsw_study::ddf::{Config, Kind, Knowledge, Limit, Outcome, STATES, Units};
 
 use crate::report::{Axis, Figure, Ink, Mark, Panel, Point};
 
@@ -38,13 +38,17 @@ fn time(is_last: bool) -> (Axis, u32) {
     if is_last { (axis, PANEL + TIME_AXIS) } else { (axis.silent(), PANEL) }
 }
 
-fn state_errors(config: &Config, outcome: &Outcome, state: usize) -> Vec<Point> {
+fn state_errors(config: &Config, history: &[[f64; STATES]], state: usize) -> Vec<Point> {
     let factor = AXES.get(state).map_or(1.0, |axis| axis.1);
-    curve(config, outcome.history.iter().map(|rmse| decades(rmse.get(state).map_or(f64::NAN, |x| x * factor))))
+    curve(config, history.iter().map(|rmse| decades(rmse.get(state).map_or(f64::NAN, |x| x * factor))))
 }
 
-/// Fig. 2: state errors of the filters that the paper compares, and of the EKFs that it does not.
-pub fn errors(config: &Config, outcomes: &[Outcome]) -> Figure {
+/// Errors of the states after each step, and the ink of their curves.
+type History<'a> = (&'a [[f64; STATES]], Ink);
+
+/// Fig. 2: state errors of the filters that the paper compares, and of the EKFs that it does not, beside the least errors of
+/// who is as uncertain of the parameters as the desensitized filters.
+pub fn errors(config: &Config, outcomes: &[Outcome], limits: &[Limit]) -> Figure {
     let shown: Vec<(&Outcome, Ink)> = [
         (Kind::Ekf, Ink::Muted),
         (Kind::EkfTuned, Ink::Vermillion),
@@ -55,11 +59,16 @@ pub fn errors(config: &Config, outcomes: &[Outcome]) -> Figure {
     .into_iter()
     .filter_map(|(kind, ink)| Some((middle(outcomes, kind)?, ink)))
     .collect();
+    let least = limits.iter().find(|limit| limit.knowledge == Knowledge::Statistics);
+    let named = least.map(|limit| (Mark::Line, Ink::Text, limit.knowledge.name().to_owned()));
+    let filters = shown.iter().map(|(outcome, ink)| (Mark::Line, *ink, outcome.name.clone()));
+    let mut curves: Vec<History<'_>> = least.map(|limit| (&limit.history[..], Ink::Text)).into_iter().collect();
+    curves.extend(shown.iter().map(|(outcome, ink)| (&outcome.history[..], *ink)));
     Figure {
         title: "State errors (P2, Fig. 2)",
-        caption: "Root mean square over all runs, logarithmic.".into(),
-        legend: shown.iter().map(|(outcome, ink)| (Mark::Line, *ink, outcome.name.clone())).collect(),
-        panels: (0..STATES).map(|state| state_panel(config, &shown, state, state + 1 == STATES)).collect(),
+        caption: "Root mean square over all runs, logarithmic; the Cramér–Rao bound in the mean over flights.".into(),
+        legend: named.into_iter().chain(filters).collect(),
+        panels: (0..STATES).map(|state| state_panel(config, &curves, state, state + 1 == STATES)).collect(),
         missing: "No filter was flown.",
     }
 }
@@ -83,10 +92,10 @@ fn whole_decades<'a>(label: &str, curves: impl Iterator<Item = &'a Vec<Point>>) 
 }
 
 /// A panel of a state's errors.
-fn state_panel(config: &Config, shown: &[(&Outcome, Ink)], state: usize, is_last: bool) -> Panel {
+fn state_panel(config: &Config, shown: &[History<'_>], state: usize, is_last: bool) -> Panel {
     let (x, height) = time(is_last);
     let label = AXES.get(state).map_or("", |axis| axis.0);
-    let curves: Vec<_> = shown.iter().map(|(outcome, _)| state_errors(config, outcome, state)).collect();
+    let curves: Vec<_> = shown.iter().map(|(history, _)| state_errors(config, history, state)).collect();
     let panel = Panel::new(x, whole_decades(label, curves.iter()), height);
     curves.into_iter().zip(shown).fold(panel, |panel, (curve, (_, ink))| panel.line(curve, *ink))
 }
@@ -143,6 +152,7 @@ pub fn nonlinearity(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure
 pub fn three(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure {
     let shown = thresholds(outcomes, kind);
     let (radius, speed) = (0, 1);
+    let histories: Vec<_> = shown.iter().map(|(outcome, ink)| (&outcome.history[..], *ink)).collect();
     let (x, height) = time(true);
     let order = shown
         .iter()
@@ -159,7 +169,11 @@ pub fn three(config: &Config, outcomes: &[Outcome], kind: Kind) -> Figure {
             "Root mean square errors, logarithmic, and the mean order. A lower threshold is longer of second order."
                 .into(),
         legend: threshold_legend(&shown),
-        panels: vec![state_panel(config, &shown, radius, false), state_panel(config, &shown, speed, false), order],
+        panels: vec![
+            state_panel(config, &histories, radius, false),
+            state_panel(config, &histories, speed, false),
+            order,
+        ],
         missing: "No adaptive filter was flown.",
     }
 }

@@ -9,20 +9,17 @@ mod page;
 mod table;
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 use clap::Args;
 use console::style;
 use fsw_study::ddf::reference::{Bar, bars};
-use fsw_study::ddf::{Config, Filter, Kind, Outcome, Tuned, fly_all, fly_steps, search};
+use fsw_study::ddf::{Config, Filter, Kind, Limit, Outcome, Tuned, fly_all, fly_steps, limits, search};
 use serde::Serialize;
 
-use super::papers::{self, PaperArgs};
-use crate::campaign::write_json;
+use super::papers::{self, Head, PaperArgs};
 use crate::error::HostError;
-use crate::output::{print, print_json};
-use crate::runfolder::write_whole;
+use crate::output::print;
 
 /// Runs when nothing is said: those of the reference figures.
 const DEFAULT_RUNS: u64 = 200;
@@ -61,13 +58,12 @@ struct Flown {
 /// Content of `study.json`.
 #[derive(Serialize)]
 struct Study<'a> {
-    study: &'static str,
-    paper: &'static str,
-    command: &'a str,
-    seed: u64,
-    runs: u64,
+    #[serde(flatten)]
+    head: Head,
     config: &'a Config,
     bars: &'a [Bar],
+    /// Least errors, whatever the filter.
+    limits: &'a [Limit],
     filters: &'a [Flown],
 }
 
@@ -76,8 +72,7 @@ struct Study<'a> {
 /// # Errors
 /// Bad input, or files that cannot be written.
 pub fn run(args: &DdfArgs) -> Result<bool, HostError> {
-    let config = args.paper.load(Config::check)?;
-    let runs = args.paper.runs(DEFAULT_RUNS)?;
+    let (config, runs): (Config, u64) = args.paper.begin(DEFAULT_RUNS)?;
     if let (Some(at), Some(steps)) = (args.only, args.steps) {
         let filter = Filter::of(&config).get(at).copied();
         let filter = filter.ok_or_else(|| HostError::Option(format!("--only {at} is out of range")))?;
@@ -87,8 +82,7 @@ pub fn run(args: &DdfArgs) -> Result<bool, HostError> {
     if args.tune {
         return tune(args, &config);
     }
-    let folder = args.paper.folder("ddf", runs)?;
-    papers::write(&config, &folder.join(papers::CONFIG))?;
+    let folder = args.paper.open("ddf", runs, &config)?;
     let outcomes = args.paper.on_threads(|| {
         fly_all(&config, args.paper.seed, runs, |outcome| {
             if !args.paper.quiet && !args.paper.json {
@@ -96,6 +90,7 @@ pub fn run(args: &DdfArgs) -> Result<bool, HostError> {
             }
         })
     })?;
+    let limits = args.paper.on_threads(|| limits(&config, args.paper.seed, runs))?;
     let counted = if args.no_count {
         vec![None; outcomes.len()]
     } else {
@@ -110,25 +105,14 @@ pub fn run(args: &DdfArgs) -> Result<bool, HostError> {
         .zip(counted)
         .map(|(outcome, instructions_per_step)| Flown { outcome, instructions_per_step })
         .collect();
-    let command = args.paper.command_with_numbers("ddf", runs);
     let study = Study {
-        study: "ddf",
-        paper: PAPER,
-        command: &command,
-        seed: args.paper.seed,
-        runs,
+        head: args.paper.head("ddf", PAPER, runs),
         config: &config,
         bars: &bars,
+        limits: &limits,
         filters: &flown,
     };
-    let page = page::html(&study).map_err(|e| HostError::Option(e.to_string()))?;
-    write_whole(&folder.join(papers::PAGE), |out| out.write_all(page.as_bytes()))?;
-    write_whole(&folder.join(papers::JSON), |out| write_json(&study, out))?;
-    if args.paper.json {
-        print_json(&study)?;
-    } else if !args.paper.quiet {
-        print(&screen(&study, &folder))?;
-    }
+    args.paper.leave(&folder, &study, page::html(&study), || screen(&study, &folder))?;
     Ok(flown.iter().all(|filter| filter.outcome.indefinite_share == 0.0 && filter.outcome.failed == 0))
 }
 
@@ -151,10 +135,10 @@ fn tune(args: &DdfArgs, config: &Config) -> Result<bool, HostError> {
 
 fn screen(study: &Study<'_>, folder: &Path) -> String {
     let mut out = String::new();
-    let head = format!("P2 (Deng, Yu 2018): {} runs of seed {}", study.runs, study.seed);
+    let head = format!("P2 (Deng, Yu 2018): {} runs of seed {}", study.head.runs, study.head.seed);
     let _ = writeln!(out, "\n  {}\n", style(head).bold());
     let _ = writeln!(out, "  {}", table::line(&table::HEADS.map(str::to_owned)));
-    for row in table::rows(study.filters) {
+    for row in study.limits.iter().map(table::limit_row).chain(table::rows(study.filters)) {
         let _ = writeln!(out, "  {}", table::line(&row));
     }
     let _ = writeln!(out);

@@ -30,7 +30,7 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
     let outcomes: Vec<Outcome> = study.filters.iter().map(|filter| filter.outcome.clone()).collect();
     let config = study.config;
     let drawn = [
-        figures::errors(config, &outcomes),
+        figures::errors(config, &outcomes, study.limits),
         figures::nonlinearity(config, &outcomes, Kind::ArddfRank),
         figures::three(config, &outcomes, Kind::ArddfRank),
         figures::nonlinearity(config, &outcomes, Kind::ArddfFree),
@@ -43,7 +43,7 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
             p.kicker { "Aeroshell study ddf" }
             h1 { "Desensitized divided-difference filters of adaptive order: the experiment of P2" }
             p.run {
-                (PAPER) " · " b { (study.runs) } " runs of seed " b { (study.seed) } " · density "
+                (PAPER) " · " b { (study.head.runs) } " runs of seed " b { (study.head.seed) } " · density "
                 b { (number(100.0 * truth.density_error, 0)) } " % and lift " b { (number(100.0 * truth.lift_error, 0)) }
                 " % above what the filters believe · step " b { (config.experiment.step_s) } " s"
             }
@@ -54,7 +54,7 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
             table.overlay {
                 thead { tr { @for (at, head) in HEADS.iter().enumerate() { th.text[at == 0] { (head) } } } }
                 tbody {
-                    @for row in table::rows(study.filters) {
+                    @for row in study.limits.iter().map(table::limit_row).chain(table::rows(study.filters)) {
                         tr {
                             @for (at, cell) in row.iter().enumerate() {
                                 @if at == 0 { th.text { (cell) } } @else { td { (cell) } }
@@ -74,7 +74,7 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
             h2 { "How it departs from the paper" }
             ul { @for departure in DEPARTURES { li { (departure) } } }
             h2 { "Fly it again" }
-            pre { (study.command) "\n" }
+            pre { (study.head.command) "\n" }
         }
     };
     Ok(document("Aeroshell study ddf: the experiment of P2", &body))

@@ -1,7 +1,7 @@
 //! The tables of the study, for terminal and page.
 
-use fsw_study::ddf::Kind;
 use fsw_study::ddf::reference::{self, Bar};
+use fsw_study::ddf::{Kind, Limit};
 
 use super::Flown;
 use crate::report::number;
@@ -30,16 +30,28 @@ pub const HEADS: [&str; COLUMNS] = [
 ];
 
 /// What stands under the table.
-pub const NOTES: [&str; 4] = [
+pub const NOTES: [&str; 6] = [
     "In brackets an independent implementation at 200 runs. Errors: root mean square over runs, then the mean from 20 s on.",
     "NEES of six states: 6 is right. Indefinite: share of steps. Cost: instructions relative to RDDF1, of this machine.",
     "Tuned: process noise and what is believed of accelerations and pressure searched (--tune); \"for forces\" scales the",
     "noise of speed, path angle and heading alone. No pair of either grid comes near RDDF1 in position and in speed.",
+    "Bounds are Cramér and Rao's, averaged over the first 20 flights: for who knows density, lift and bias, and for who knows",
+    "of density and lift the variances W, of each accelerometer's bias its size.",
 ];
 
 /// A figure, or a dash where there is none.
 pub fn figure(value: Option<f64>, decimals: usize) -> String {
     value.filter(|value| value.is_finite()).map_or_else(|| "–".to_owned(), |value| number(value, decimals))
+}
+
+/// A row of a bound: errors alone.
+pub fn limit_row(limit: &Limit) -> [String; COLUMNS] {
+    let [radius, speed, ..] = limit.rmse;
+    let mut row = [const { String::new() }; COLUMNS];
+    let figures =
+        [limit.knowledge.name().to_owned(), number(radius, 0), number(speed, 2), number(limit.position_rmse_m, 0)];
+    row.iter_mut().zip(figures).for_each(|(cell, figure)| *cell = figure);
+    row
 }
 
 /// A row for each filter.

@@ -6,7 +6,6 @@ mod page;
 mod table;
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 use clap::Args;
@@ -17,11 +16,8 @@ use fsw_study::mmae::{Study as Flown, cases};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::papers::{self, PaperArgs};
-use crate::campaign::write_json;
+use super::papers::{self, Head, PaperArgs};
 use crate::error::HostError;
-use crate::output::{print, print_json};
-use crate::runfolder::write_whole;
 
 /// Runs when nothing is said: the paper's.
 const DEFAULT_RUNS: u64 = 1_000;
@@ -40,11 +36,8 @@ pub struct MmaeArgs {
 /// Content of `study.json`.
 #[derive(Serialize)]
 struct Study<'a> {
-    study: &'static str,
-    paper: &'static str,
-    command: &'a str,
-    seed: u64,
-    runs: u64,
+    #[serde(flatten)]
+    head: Head,
     config: &'a Config,
     bars: &'a [Bar],
     cases: &'a Flown,
@@ -55,10 +48,8 @@ struct Study<'a> {
 /// # Errors
 /// Bad input, or files that cannot be written.
 pub fn run(args: &MmaeArgs) -> Result<bool, HostError> {
-    let config = args.paper.load(Config::check)?;
-    let runs = args.paper.runs(DEFAULT_RUNS)?;
-    let folder = args.paper.folder("mmae", runs)?;
-    papers::write(&config, &folder.join(papers::CONFIG))?;
+    let (config, runs): (Config, u64) = args.paper.begin(DEFAULT_RUNS)?;
+    let folder = args.paper.open("mmae", runs, &config)?;
     let bar = progress(args, &config, runs);
     let flown = args.paper.on_threads(|| {
         Flown::fly(&config, args.paper.seed, runs, |case, _| {
@@ -67,26 +58,9 @@ pub fn run(args: &MmaeArgs) -> Result<bool, HostError> {
         })
     })?;
     bar.finish_and_clear();
-    let command = args.paper.command_with_numbers("mmae", runs);
     let bars = bars(&flown);
-    let study = Study {
-        study: "mmae",
-        paper: PAPER,
-        command: &command,
-        seed: args.paper.seed,
-        runs,
-        config: &config,
-        bars: &bars,
-        cases: &flown,
-    };
-    let page = page::html(&study).map_err(|e| HostError::Option(e.to_string()))?;
-    write_whole(&folder.join(papers::PAGE), |out| out.write_all(page.as_bytes()))?;
-    write_whole(&folder.join(papers::JSON), |out| write_json(&study, out))?;
-    if args.paper.json {
-        print_json(&study)?;
-    } else if !args.paper.quiet {
-        print(&screen(&study, &folder))?;
-    }
+    let study = Study { head: args.paper.head("mmae", PAPER, runs), config: &config, bars: &bars, cases: &flown };
+    args.paper.leave(&folder, &study, page::html(&study), || screen(&study, &folder))?;
     Ok(flown.all().flat_map(|case| &case.filters).all(|filter| filter.indefinite_share == 0.0))
 }
 
@@ -100,7 +74,7 @@ fn progress(args: &MmaeArgs, config: &Config, runs: u64) -> ProgressBar {
 
 fn screen(study: &Study<'_>, folder: &Path) -> String {
     let mut out = String::new();
-    let head = format!("P3 (Deng et al. 2017): {} runs of seed {} a case", study.runs, study.seed);
+    let head = format!("P3 (Deng et al. 2017): {} runs of seed {} a case", study.head.runs, study.head.seed);
     let _ = writeln!(out, "\n  {}\n", style(head).bold());
     for case in study.cases.all() {
         let _ = writeln!(out, "  {}", style(table::title(case)).bold());
@@ -114,9 +88,13 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
         let mark = if bar.is_met { style("met   ").green() } else { style("missed").red() };
         let _ = writeln!(out, "  {mark} {:<75} {:>9}   {}", bar.what, table::bar_value(bar), table::bar_limits(bar));
     }
-    let uncertainty = table::uncertainty_pct(study.runs);
-    let _ =
-        writeln!(out, "  one root mean square over {} runs is uncertain by up to {uncertainty} % (1 σ)", study.runs);
+    let uncertainty = table::uncertainty_pct(study.head.runs);
+    let _ = writeln!(
+        out,
+        "  one root mean square over {} runs is uncertain by up to {uncertainty} % (1 σ)",
+        study.head.runs
+    );
+    let _ = writeln!(out, "  {}", table::ATTAINED);
     let _ = writeln!(out, "\n  RMSE at the parachute's opening; NEES of six states: 6 is right. An EKF's cost is 1.");
     let _ = writeln!(out, "  page  {}", style(folder.join(papers::PAGE).display()).cyan().bold());
     out

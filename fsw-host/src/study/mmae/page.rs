@@ -38,8 +38,8 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
             p.kicker { "Aeroshell study mmae" }
             h1 { "Multiple models against density errors: the experiment of P3" }
             p.run {
-                "Deng, Gao, Cui 2017, doi 10.15982/j.issn.2095-7777.2017.06.006 · " b { (study.runs) } " runs of seed "
-                b { (study.seed) } " a case"
+                "Deng, Gao, Cui 2017, doi 10.15982/j.issn.2095-7777.2017.06.006 · " b { (study.head.runs) } " runs of seed "
+                b { (study.head.seed) } " a case"
             }
             p.verdict.open { (verdict(study)) }
         }
@@ -57,7 +57,7 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
             h2 { "How it departs from the print" }
             ul { @for departure in DEPARTURES { li { (departure) } } }
             h2 { "Fly it again" }
-            pre { (study.command) "\n" }
+            pre { (study.head.command) "\n" }
         }
     };
     Ok(document("Aeroshell study mmae: the experiment of P3", &body))
@@ -105,8 +105,8 @@ fn asked(study: &Study<'_>) -> Markup {
                 }
             }
             p.caption {
-                "One root mean square over " (study.runs) " runs is uncertain by up to " (table::uncertainty_pct(study.runs))
-                " % (1 σ); figures of few runs say little about what is asked for 1000."
+                "One root mean square over " (study.head.runs) " runs is uncertain by up to " (table::uncertainty_pct(study.head.runs))
+                " % (1 σ); figures of few runs say little about what is asked for 1000. " (table::ATTAINED)
             }
         }
     }

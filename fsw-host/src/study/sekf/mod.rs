@@ -8,7 +8,6 @@ mod page;
 mod table;
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -19,11 +18,9 @@ use fsw_study::sekf::tuned::TunedFile;
 use fsw_study::sekf::{reference, tune};
 use serde::Serialize;
 
-use super::papers::{self, PaperArgs};
-use crate::campaign::write_json;
+use super::papers::{self, Head, PaperArgs};
 use crate::error::HostError;
-use crate::output::{print, print_json};
-use crate::runfolder::write_whole;
+use crate::output::print;
 
 /// Runs when nothing is said: the paper's.
 const DEFAULT_RUNS: u64 = 500;
@@ -48,12 +45,9 @@ pub struct SekfArgs {
 /// Content of `study.json`.
 #[derive(Serialize)]
 struct Study<'a> {
-    study: &'static str,
-    paper: &'static str,
+    #[serde(flatten)]
+    head: Head,
     paper_says: &'static str,
-    command: &'a str,
-    seed: u64,
-    runs: u64,
     config: &'a Config,
     tuned_by: &'a str,
     tuned_for_step_s: f64,
@@ -65,11 +59,12 @@ struct Study<'a> {
 /// # Errors
 /// Bad input, or files that cannot be written.
 pub fn run(args: &SekfArgs) -> Result<bool, HostError> {
-    let config = args.paper.load(Config::check)?;
-    let runs = args.paper.runs(DEFAULT_RUNS)?;
-    let tuned = tuned(args.tuned.as_deref())?;
-    let folder = args.paper.folder("sekf", runs)?;
-    papers::write(&config, &folder.join(papers::CONFIG))?;
+    let (config, runs): (Config, u64) = args.paper.begin(DEFAULT_RUNS)?;
+    let tuned = match &args.tuned {
+        Some(path) => papers::read(path)?,
+        None => TunedFile::shipped().map_err(HostError::Option)?,
+    };
+    let folder = args.paper.open("sekf", runs, &config)?;
     if args.tune {
         return search(args, &config, &folder);
     }
@@ -77,37 +72,17 @@ pub fn run(args: &SekfArgs) -> Result<bool, HostError> {
     let flown = args.paper.on_threads(|| {
         CASES.iter().map(|case| cases::fly(case, (&config, &tuned.tuned), numbers)).collect::<Vec<_>>()
     })?;
-    let command = args.paper.command_with_numbers("sekf", runs);
     let study = Study {
-        study: "sekf",
-        paper: PAPER,
+        head: args.paper.head("sekf", PAPER, runs),
         paper_says: reference::PAPER,
-        command: &command,
-        seed: args.paper.seed,
-        runs,
         config: &config,
         tuned_by: &tuned.command,
         tuned_for_step_s: tuned.step_s,
         cases: &flown,
     };
-    let page = page::html(&study, &tuned).map_err(|e| HostError::Option(e.to_string()))?;
-    write_whole(&folder.join(papers::PAGE), |out| out.write_all(page.as_bytes()))?;
-    write_whole(&folder.join(papers::JSON), |out| write_json(&study, out))?;
-    if args.paper.json {
-        print_json(&study)?;
-    } else if !args.paper.quiet {
-        print(&screen(&study, &folder))?;
-    }
+    args.paper.leave(&folder, &study, page::html(&study, &tuned), || screen(&study, &folder))?;
     let mut shipped = flown.iter().flat_map(|case| &case.filters).filter(|outcome| outcome.filter.is_shipped());
     Ok(shipped.all(|outcome| outcome.indefinite_share == 0.0))
-}
-
-/// The tuned settings of a file, or those that come with the program.
-fn tuned(path: Option<&Path>) -> Result<TunedFile, HostError> {
-    let Some(path) = path else { return TunedFile::shipped().map_err(HostError::Option) };
-    let tuned: TunedFile = papers::read(path)?;
-    papers::named(path, tuned.check())?;
-    Ok(tuned)
 }
 
 /// Searches and writes what was found.
@@ -134,7 +109,7 @@ fn search(args: &SekfArgs, config: &Config, folder: &Path) -> Result<bool, HostE
 
 fn screen(study: &Study<'_>, folder: &Path) -> String {
     let mut out = String::new();
-    let head = format!("P1 (Fu et al. 2015): {} runs of seed {} a case", study.runs, study.seed);
+    let head = format!("P1 (Fu et al. 2015): {} runs of seed {} a case", study.head.runs, study.head.seed);
     let _ = writeln!(out, "\n  {}\n  {}\n", style(head).bold(), study.paper_says);
     for case in study.cases {
         let _ = writeln!(out, "  {}", style(case.title).bold());

@@ -60,8 +60,8 @@ pub fn html(study: &Study<'_>, tuned: &TunedFile) -> Result<String, PlotError> {
             p.kicker { "Aeroshell study sekf" }
             h1 { "Self-calibrating against extended Kalman filter: the experiment of P1" }
             p.run {
-                "Fu, Lou, Xiao 2015, doi 10.15982/j.issn.2095-7777.2015.03.006 · " b { (study.runs) } " runs of seed "
-                b { (study.seed) } " a case · step " b { (config.experiment.step_s) } " s"
+                "Fu, Lou, Xiao 2015, doi 10.15982/j.issn.2095-7777.2015.03.006 · " b { (study.head.runs) } " runs of seed "
+                b { (study.head.seed) } " a case · step " b { (config.experiment.step_s) } " s"
             }
             p.verdict.open { (verdict(study)) }
         }
@@ -181,7 +181,7 @@ fn settings(study: &Study<'_>, tuned: &TunedFile) -> Markup {
             h2 { "How it departs from the print" }
             ul { @for departure in DEPARTURES { li { (departure) } } }
             h2 { "Fly it again" }
-            pre { (study.command) "\n" (tuned.command) "\n" }
+            pre { (study.head.command) "\n" (tuned.command) "\n" }
         }
     }
 }

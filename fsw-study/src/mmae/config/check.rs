@@ -1,19 +1,21 @@
 //! Ranges of the settings, each with a sentence for what lies outside.
 
 use super::{Config, MOST_MODELS};
-use crate::settings::{each, parse, within};
+use crate::settings::{Stored, each, parse_over_defaults, within, write};
 
-impl Config {
-    /// The settings of a TOML file, checked.
-    ///
-    /// # Errors
-    /// One sentence for the first thing that is wrong.
-    pub fn from_toml(text: &str) -> Result<Self, String> {
-        let config: Self = parse(text)?;
+impl Stored for Config {
+    fn from_toml(text: &str) -> Result<Self, String> {
+        let config: Self = parse_over_defaults(text)?;
         config.check()?;
         Ok(config)
     }
 
+    fn to_toml(&self) -> Result<String, String> {
+        write(self)
+    }
+}
+
+impl Config {
     /// Ok when everything is in range.
     ///
     /// # Errors
