@@ -1,10 +1,10 @@
-//! [`Covariance`] of all error states, kept in place.
+//! [`Covariance`] of the estimated states and their correlation with the considered ones, kept in place.
 //!
-//! A transition changes the first [`PROPAGATED`] of them; the constants of calibration stay. The prediction P⁺ = ΦPΦᵀ + Q is
-//! one operator, [`Transition::apply`], first on every column, then on every row that it changes: two slices of work for two
-//! frames.
+//! The considered states are constants that are never corrected, so their own covariance stays the diagonal it began as.
+//! With P the stored rows (16 × 27: estimated × all), the prediction P⁺ = ΦPΦᵀ + Q is one operator, [`Transition::apply`],
+//! first on every column, then on every row: two slices of work for two frames.
 
-use super::layout::{ALL, ATTITUDE, AXES, Full, LOG_DENSITY, POSITION, PROPAGATED, VELOCITY};
+use super::layout::{ALL, ATTITUDE, AXES, CONSIDERED, ESTIMATED, Estimated, Full, LOG_DENSITY, POSITION, VELOCITY};
 use super::transition::Transition;
 
 /// A pivot below this fraction of its variance counts as not positive.
@@ -15,8 +15,8 @@ const RAISE: f64 = 10.0;
 /// Columns that a frame predicts before the next one predicts the rest and the rows: about the same cost.
 const MOST: usize = 24;
 
-/// Pivots whose elimination is about half of the work of the check: 27³ − 21³ of 27³.
-const HALF: usize = 6;
+/// Rows of the lower triangle that hold about half of its work: 11 · 12 of 16 · 17.
+const HALF: usize = 11;
 
 /// Process noise of a window, as variances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,17 +34,17 @@ impl ProcessNoise {
     pub const NONE: Self = Self { velocity: 0.0, attitude: 0.0, log_density: 0.0 };
 }
 
-/// Covariance of all error states.
+/// Joint covariance of estimated and considered states.
 #[derive(Clone, Debug)]
 pub struct Covariance {
-    /// Symmetric bit by bit.
-    rows: [[f64; ALL]; ALL],
+    /// Estimated × all; the estimated part is symmetric bit by bit.
+    rows: [[f64; ALL]; ESTIMATED],
+    /// Variances of the considered states.
+    considered: [f64; CONSIDERED],
     /// Variances at the start, the scale of what is small.
-    start: Full,
-    /// Lower triangle of what is left to factorise in the check.
-    work: [[f64; ALL]; ALL],
-    /// The check of this epoch had to mend something.
-    mended: bool,
+    start: Estimated,
+    /// Room for the factorisation of [`Covariance::check`].
+    work: [[f64; ESTIMATED]; ESTIMATED],
 }
 
 impl Default for Covariance {
@@ -56,7 +56,12 @@ impl Default for Covariance {
 impl Covariance {
     /// Nothing known and nothing unknown, before the start.
     pub const fn none() -> Self {
-        Self { rows: [[0.0; ALL]; ALL], start: [0.0; ALL], work: [[0.0; ALL]; ALL], mended: false }
+        Self {
+            rows: [[0.0; ALL]; ESTIMATED],
+            considered: [0.0; CONSIDERED],
+            start: [0.0; ESTIMATED],
+            work: [[0.0; ESTIMATED]; ESTIMATED],
+        }
     }
 }
 
@@ -64,13 +69,16 @@ impl Covariance {
 impl Covariance {
     /// Starts from uncorrelated standard deviations of all states.
     pub fn start(&mut self, sigmas: &Full) {
-        for i in 0..ALL {
+        for i in 0..ESTIMATED {
             self.start[i] = sigmas[i] * sigmas[i];
+        }
+        for c in 0..CONSIDERED {
+            self.considered[c] = sigmas[ESTIMATED + c] * sigmas[ESTIMATED + c];
         }
         self.restart();
     }
 
-    /// An element.
+    /// Element of the estimated part, or of its correlation with a considered state (`j` ≥ 16).
     #[must_use]
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
@@ -81,40 +89,42 @@ impl Covariance {
         self.predict_columns::<0, MOST>(transition);
     }
 
-    /// The rest of the prediction: Φ on the columns left, then on the rows, and the process noise.
+    /// The rest of the prediction: Φ on the columns left, then on every row, and the process noise.
     pub fn end_prediction(&mut self, transition: &Transition, noise: &ProcessNoise) {
         self.predict_columns::<MOST, ALL>(transition);
         self.predict_rows(transition, noise);
     }
 
-    /// Φ on columns `FROM` to `TO`. Constants, so that no index needs a check at run time.
+    /// Φ on columns `FROM` to `TO`, in ascending order: those of the considered states come last, because the others need
+    /// them as they were. Constants, so that no index needs a check at run time.
     fn predict_columns<const FROM: usize, const TO: usize>(&mut self, transition: &Transition) {
         const { assert!(FROM <= TO && TO <= ALL) };
         for j in FROM..TO {
             let mut column: Full = [0.0; ALL];
-            for i in 0..ALL {
+            for i in 0..ESTIMATED {
                 column[i] = self.rows[i][j];
             }
+            if j < ESTIMATED {
+                // Considered × estimated, still that of the start: those columns come later.
+                column[ESTIMATED..].copy_from_slice(&self.rows[j][ESTIMATED..]);
+            } else {
+                column[j] = self.considered[j - ESTIMATED];
+            }
             let predicted = transition.apply(&column);
-            for i in 0..PROPAGATED {
+            for i in 0..ESTIMATED {
                 self.rows[i][j] = predicted[i];
             }
         }
     }
 
-    /// Φ on the rows that it changes, and the process noise.
+    /// Φ on every row, and the process noise.
     fn predict_rows(&mut self, transition: &Transition, noise: &ProcessNoise) {
-        for i in 0..PROPAGATED {
+        for i in 0..ESTIMATED {
             let predicted = transition.apply(&self.rows[i]);
-            self.rows[i][..PROPAGATED].copy_from_slice(&predicted);
+            self.rows[i][..ESTIMATED].copy_from_slice(&predicted);
         }
-        for i in 0..PROPAGATED {
+        for i in 0..ESTIMATED {
             for j in 0..i {
-                self.rows[i][j] = self.rows[j][i];
-            }
-        }
-        for i in PROPAGATED..ALL {
-            for j in 0..PROPAGATED {
                 self.rows[i][j] = self.rows[j][i];
             }
         }
@@ -136,57 +146,62 @@ impl Covariance {
 
     /// Covariance of all states with the scalar h·x, for an `h` that touches only the listed `columns`.
     pub(super) fn times(&self, columns: &[(usize, f64)], out: &mut Full) {
-        for i in 0..ALL {
+        for i in 0..ESTIMATED {
             let mut sum = 0.0;
             for &(j, h) in columns {
                 sum += self.rows[i][j.min(ALL - 1)] * h;
             }
             out[i] = sum;
         }
+        for c in 0..CONSIDERED {
+            let mut sum = 0.0;
+            for &(j, h) in columns {
+                if j < ESTIMATED {
+                    sum += self.rows[j][ESTIMATED + c] * h;
+                } else if j == ESTIMATED + c {
+                    sum += self.considered[c] * h;
+                }
+            }
+            out[ESTIMATED + c] = sum;
+        }
     }
 
-    /// Subtracts u·uᵀ/s (u from [`Covariance::times`]).
+    /// Subtracts u·uᵀ/s from the estimated rows (u from [`Covariance::times`]).
     pub(super) fn reduce(&mut self, u: &Full, s: f64) {
         let inverse = 1.0 / s;
-        for i in 0..ALL {
+        for i in 0..ESTIMATED {
             let gain = u[i] * inverse;
-            for j in i..ALL {
+            for j in i..ESTIMATED {
                 let value = self.rows[i][j] - gain * u[j];
                 self.rows[i][j] = value;
                 self.rows[j][i] = value;
             }
-        }
-    }
-
-    /// First half of [`Covariance::check`], so that its cost spreads over two frames. The covariance must not change in between.
-    pub fn begin_check(&mut self) {
-        self.mended = !self.rows.iter().all(|row| crate::math::num::all_finite(row));
-        if self.mended {
-            self.restart();
-        }
-        for i in 0..ALL {
-            for j in 0..=i {
-                self.work[i][j] = self.rows[i][j];
+            for j in ESTIMATED..ALL {
+                self.rows[i][j] -= gain * u[j];
             }
         }
-        self.eliminate::<0, HALF>();
     }
 
-    /// Checks that the covariance is positive definite and restores it if it is not; true when it was restored.
+    /// Prepares the first half of [`Covariance::check`], so that its cost spreads over two frames. The covariance must not
+    /// change in between.
+    pub fn begin_check(&mut self) {
+        self.schur_complement::<0, HALF>();
+    }
+
+    /// Checks that the joint covariance is positive definite and restores it if it is not; true when it was restored.
     /// Goes on from [`Covariance::begin_check`].
     ///
-    /// Factorises P = L D Lᵀ. A pivot that is not positive is raised above [`RELATIVE_PIVOT`] of its variance and the same
-    /// amount added to the stored variance (Gill and Murray 1974), so that the restored matrix is positive definite and no
-    /// smaller. Numbers that are not finite restart it.
+    /// Factorises the Schur complement of the considered part (P_xx − P_xc P_cc⁻¹ P_cx = L D Lᵀ). A pivot that is not positive
+    /// is raised above [`RELATIVE_PIVOT`] of its variance and the same amount added to the stored variance (Gill and Murray
+    /// 1974), so that the restored matrix is positive definite and no smaller. Numbers that are not finite restart it.
     pub fn check(&mut self) -> bool {
-        self.eliminate::<HALF, ALL>();
-        self.mended
-    }
-
-    /// Pivots `FROM` to `TO` of the factorisation; constants, so that no index needs a check at run time.
-    fn eliminate<const FROM: usize, const TO: usize>(&mut self) {
-        const { assert!(FROM <= TO && TO <= ALL) };
-        for k in FROM..TO {
+        if !self.rows.iter().all(|row| crate::math::num::all_finite(row)) {
+            self.restart();
+            return true;
+        }
+        self.schur_complement::<HALF, ESTIMATED>();
+        let mut restored = false;
+        for k in 0..ESTIMATED {
             let smallest = RELATIVE_PIVOT * self.start[k];
             let lost = self.rows[k][k] < smallest;
             let floor = RELATIVE_PIVOT * if lost { self.start[k] } else { self.rows[k][k] };
@@ -196,24 +211,46 @@ impl Covariance {
                 let raised = if lost { self.start[k] } else { RAISE * floor };
                 self.rows[k][k] += raised - pivot;
                 pivot = raised;
-                self.mended = true;
+                restored = true;
             }
             if pivot <= 0.0 {
                 continue; // a state without any uncertainty: its row is zero
             }
-            let inverse = 1.0 / pivot;
-            for i in k + 1..ALL {
-                let factor = self.work[i][k] * inverse;
+            for i in k + 1..ESTIMATED {
+                let factor = self.work[i][k] / pivot;
                 for j in k + 1..=i {
                     self.work[i][j] -= factor * self.work[j][k];
                 }
+            }
+        }
+        restored
+    }
+
+    /// Rows `FROM` to `TO` of the Schur complement; constants, so that no index needs a check at run time.
+    fn schur_complement<const FROM: usize, const TO: usize>(&mut self) {
+        const { assert!(FROM <= TO && TO <= ESTIMATED) };
+        let mut inverse = [0.0; CONSIDERED];
+        for c in 0..CONSIDERED {
+            inverse[c] = if self.considered[c] > 0.0 { 1.0 / self.considered[c] } else { 0.0 };
+        }
+        for i in FROM..TO {
+            let mut scaled = [0.0; CONSIDERED];
+            for c in 0..CONSIDERED {
+                scaled[c] = self.rows[i][ESTIMATED + c] * inverse[c];
+            }
+            for j in 0..=i {
+                let mut value = self.rows[i][j];
+                for c in 0..CONSIDERED {
+                    value -= scaled[c] * self.rows[j][ESTIMATED + c];
+                }
+                self.work[i][j] = value;
             }
         }
     }
 
     /// Back to the uncorrelated covariance of the start.
     fn restart(&mut self) {
-        for i in 0..ALL {
+        for i in 0..ESTIMATED {
             self.rows[i] = [0.0; ALL];
             self.rows[i][i] = self.start[i];
         }
@@ -261,7 +298,7 @@ pub(super) mod tests {
         transition
     }
 
-    /// The full matrix of the transition; the constants stay.
+    /// The full matrix of the transition; considered states stay.
     fn dense_transition(t: &Transition) -> Dense {
         let mut phi = Dense::identity();
         for j in 0..ALL {
@@ -275,7 +312,12 @@ pub(super) mod tests {
     }
 
     pub fn dense(p: &Covariance) -> Dense {
-        Dense::from_fn(|i, j| p.rows[i][j])
+        Dense::from_fn(|i, j| match (i < ESTIMATED, j < ESTIMATED) {
+            (true, _) => p.rows[i][j],
+            (false, true) => p.rows[j][i],
+            (false, false) if i == j => p.considered[i - ESTIMATED],
+            _ => 0.0,
+        })
     }
 
     /// Standard deviations of an entry.
@@ -354,7 +396,7 @@ pub(super) mod tests {
             assert!(p.check());
             p.begin_check();
             assert!(!p.check(), "{i} {j}: still not positive");
-            assert!((0..ALL).all(|k| p.at(k, k) >= before[(k, k)]));
+            assert!((0..ESTIMATED).all(|k| p.at(k, k) >= before[(k, k)]));
         }
     }
 
@@ -362,7 +404,6 @@ pub(super) mod tests {
     fn a_covariance_that_is_not_finite_starts_again() {
         let mut p = started();
         p.rows[4][20] = f64::NAN;
-        p.begin_check();
         assert!(p.check());
         assert_eq!(dense(&p), dense(&started()));
     }

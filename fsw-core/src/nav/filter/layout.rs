@@ -17,10 +17,10 @@ pub const ACCELEROMETER_BIAS: usize = 9;
 pub const GYRO_BIAS: usize = 12;
 /// Logarithm of the density ratio.
 pub const LOG_DENSITY: usize = 15;
-/// Number of states that a transition carries on (biases as they are, but they take part).
-pub const PROPAGATED: usize = 16;
+/// Number of estimated states.
+pub const ESTIMATED: usize = 16;
 
-/// Accelerometer scale factor, body axes: the first of the constants of the sensors' calibration.
+/// Accelerometer scale factor, body axes: the first considered state.
 pub const ACCELEROMETER_SCALE: usize = 16;
 /// Accelerometer misalignment, rotation vector in body axes, rad.
 pub const ACCELEROMETER_MISALIGNMENT: usize = 19;
@@ -32,10 +32,10 @@ pub const PRESSURE_SCALE: usize = 25;
 pub const PRESSURE_OFFSET: usize = 26;
 /// Number of all states.
 pub const ALL: usize = 27;
-/// Number of constants of calibration: a transition leaves them as they are, measurements correct them as all others.
-pub const CALIBRATION: usize = ALL - PROPAGATED;
+/// Number of considered (Schmidt) states: uncertain constants, known to the covariance, never corrected.
+pub const CONSIDERED: usize = ALL - ESTIMATED;
 
-/// A vector of the states that a transition carries on.
-pub type Propagated = [f64; PROPAGATED];
+/// A vector of the estimated states.
+pub type Estimated = [f64; ESTIMATED];
 /// A vector of all states.
 pub type Full = [f64; ALL];

@@ -1,4 +1,4 @@
-//! [`Filter`]: the error-state extended Kalman filter of all errors of the sensors around the strapdown solution.
+//! [`Filter`]: the error-state extended Kalman filter with considered (Schmidt) states around the strapdown solution.
 //!
 //! Windows of [`FRAMES_PER_EPOCH`] frames. While window k flies, its transition is accumulated and its measurements are queued as
 //! innovations against the nominal state of their own frames; meanwhile the covariance of the window before is worked on in
@@ -7,8 +7,8 @@
 //! | frame of the window | work on the epoch that ended the window before |
 //! |---|---|
 //! | 1 | prediction, Φ on most columns |
-//! | 2 | the rest of them, Φ on rows, process noise; first half of the check of positive definiteness |
-//! | 3 | its second half |
+//! | 2 | the rest of them, Φ on rows, process noise; first half of the Schur complement of the check |
+//! | 3 | its second half; positive definiteness checked |
 //! | 4, 5 | scalar updates, [`UPDATES_PER_FRAME`] at most in each |
 //!
 //! At the end of frame 5 the correction found for the old epoch is carried to the present by the transition of the window
@@ -23,15 +23,15 @@ pub mod transition;
 
 use covariance::{Covariance, ProcessNoise};
 use layout::{
-    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ALL, ATTITUDE, AXES, Full, GYRO_BIAS,
-    GYRO_SCALE, LOG_DENSITY, POSITION, PRESSURE_OFFSET, PRESSURE_SCALE, VELOCITY,
+    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ALL, ATTITUDE, AXES, ESTIMATED, Estimated,
+    Full, GYRO_BIAS, GYRO_SCALE, LOG_DENSITY, POSITION, PRESSURE_OFFSET, PRESSURE_SCALE, VELOCITY,
 };
 use measurement::{Observation, Queue, UpdateRule, update};
 use transition::{FrameStep, Transition};
 
 use super::bridge::BridgeNoise;
-use super::strapdown::{Increments, Nominal};
-use crate::frames::{Body, Inertial, Rot, Vec3};
+use super::strapdown::Nominal;
+use crate::frames::{Inertial, Rot, Vec3};
 use crate::link::packet::{COVARIANCE_ELEMENTS, Innovation, MAX_INNOVATIONS, Verdict};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
 use crate::math::fun::{exp, sqrt};
@@ -53,75 +53,6 @@ pub struct Learned {
     pub gyro_bias_radps: [f64; 3],
     /// Logarithm of density over the onboard model.
     pub log_density: f64,
-    /// Accelerometer scale factor less 1, body axes.
-    pub accelerometer_scale: [f64; 3],
-    /// Accelerometer misalignment, rotation vector in body axes, rad.
-    pub accelerometer_misalignment_rad: [f64; 3],
-    /// Gyro scale factor less 1, body axes.
-    pub gyro_scale: [f64; 3],
-    /// Scale factor of the pressure less 1.
-    pub pressure_scale: f64,
-    /// Offset of the pressure, Pa.
-    pub pressure_offset_pa: f64,
-}
-
-impl Learned {
-    /// Nothing yet.
-    pub const NOTHING: Self = Self {
-        accelerometer_bias_mps2: [0.0; 3],
-        gyro_bias_radps: [0.0; 3],
-        log_density: 0.0,
-        accelerometer_scale: [0.0; 3],
-        accelerometer_misalignment_rad: [0.0; 3],
-        gyro_scale: [0.0; 3],
-        pressure_scale: 0.0,
-        pressure_offset_pa: 0.0,
-    };
-
-    /// Adds what was found of the errors.
-    fn add(&mut self, error: &Full) {
-        for (learned, first) in [
-            (&mut self.accelerometer_bias_mps2, ACCELEROMETER_BIAS),
-            (&mut self.gyro_bias_radps, GYRO_BIAS),
-            (&mut self.accelerometer_scale, ACCELEROMETER_SCALE),
-            (&mut self.accelerometer_misalignment_rad, ACCELEROMETER_MISALIGNMENT),
-            (&mut self.gyro_scale, GYRO_SCALE),
-        ] {
-            for (learned, change) in learned.iter_mut().zip(block(error, first)) {
-                *learned += change;
-            }
-        }
-        for (learned, at) in [
-            (&mut self.log_density, LOG_DENSITY),
-            (&mut self.pressure_scale, PRESSURE_SCALE),
-            (&mut self.pressure_offset_pa, PRESSURE_OFFSET),
-        ] {
-            *learned += error.get(at).copied().unwrap_or(0.0);
-        }
-    }
-
-    /// The increments of a frame as a faultless unit would have given them, by what is known of this one.
-    #[must_use]
-    pub fn compensated(&self, delta_v_b: &Vec3<Body>, delta_theta_b: &Vec3<Body>, dt_s: f64) -> Increments {
-        let part = |v: [f64; 3]| Vec3::<Body>::from_array(v);
-        let scaled = |v: &Vec3<Body>, [x, y, z]: [f64; 3]| Vec3::<Body>::new(v.x() * x, v.y() * y, v.z() * z);
-        Increments {
-            delta_v_b: *delta_v_b
-                - part(self.accelerometer_bias_mps2) * dt_s
-                - scaled(delta_v_b, self.accelerometer_scale)
-                + delta_v_b.cross(&part(self.accelerometer_misalignment_rad)),
-            delta_theta_b: *delta_theta_b - part(self.gyro_bias_radps) * dt_s - scaled(delta_theta_b, self.gyro_scale),
-        }
-    }
-}
-
-/// Three states from one on.
-fn block(error: &Full, first: usize) -> [f64; AXES] {
-    let mut v = [0.0; AXES];
-    for (to, from) in v.iter_mut().zip(error.iter().skip(first)) {
-        *to = *from;
-    }
-    v
 }
 
 /// Uncertainty as of the last finished epoch.
@@ -166,9 +97,9 @@ pub struct Filter {
     arriving: Queue<Observation>,
     processing: Queue<Observation>,
     /// Correction added to the nominal state at the epoch being worked on.
-    injected: Full,
+    injected: Estimated,
     /// Error about the corrected nominal state of that epoch, as found so far.
-    error: Full,
+    error: Estimated,
     frame: u8,
     learned: Learned,
     uncertainty: Uncertainty,
@@ -193,10 +124,10 @@ impl Filter {
             epoch: None,
             arriving: Queue::new(),
             processing: Queue::new(),
-            injected: [0.0; ALL],
-            error: [0.0; ALL],
+            injected: [0.0; ESTIMATED],
+            error: [0.0; ESTIMATED],
             frame: 0,
-            learned: Learned::NOTHING,
+            learned: Learned { accelerometer_bias_mps2: [0.0; 3], gyro_bias_radps: [0.0; 3], log_density: 0.0 },
             uncertainty: Uncertainty::NONE,
             innovations: Queue::new(),
             restored: 0,
@@ -228,8 +159,8 @@ impl Filter {
         self.arriving.clear();
         self.processing.clear();
         self.innovations.clear();
-        self.injected = [0.0; ALL];
-        self.error = [0.0; ALL];
+        self.injected = [0.0; ESTIMATED];
+        self.error = [0.0; ESTIMATED];
         self.frame = 0;
         self.learned = Learned::default();
         self.publish();
@@ -326,11 +257,12 @@ impl Filter {
 
     /// Carries the correction to the present, adds it to the nominal state and begins the next window.
     fn close_window(&mut self, nominal: &mut Nominal) {
-        self.injected = self.error;
-        for (now, carried) in self.injected.iter_mut().zip(self.window.apply(&self.error)) {
-            *now = carried;
+        let mut error: Full = [0.0; ALL];
+        for (all, estimated) in error.iter_mut().zip(self.error.iter()) {
+            *all = *estimated;
         }
-        self.error = [0.0; ALL];
+        self.injected = self.window.apply(&error);
+        self.error = [0.0; ESTIMATED];
         inject(&self.injected, nominal, &mut self.learned);
         self.epoch = Some((core::mem::take(&mut self.window), core::mem::take(&mut self.window_noise)));
         self.processing.clear();
@@ -351,7 +283,7 @@ impl Filter {
         let largest = |block: usize| (0..AXES).fold(0.0, |largest, k| max(largest, sigma(block + k)));
         self.uncertainty.position_sigma_m = largest(POSITION);
         self.uncertainty.velocity_sigma_mps = largest(VELOCITY);
-        self.uncertainty.sound = (0..ALL).all(|i| p.at(i, i) >= 0.0);
+        self.uncertainty.sound = (0..ESTIMATED).all(|i| p.at(i, i) >= 0.0);
     }
 
     /// What has been learned of sensors and air.
@@ -394,11 +326,24 @@ impl Filter {
 }
 
 /// Adds an error to the nominal state and to what has been learned.
-fn inject(error: &Full, nominal: &mut Nominal, learned: &mut Learned) {
-    nominal.r_i += Vec3::from_array(block(error, POSITION));
-    nominal.v_i += Vec3::from_array(block(error, VELOCITY));
-    let tilt = Vec3::<Inertial>::from_array(block(error, ATTITUDE));
-    let tilt = Rot::<Inertial, Inertial>::from_rotation_vector(tilt.components());
+fn inject(error: &Estimated, nominal: &mut Nominal, learned: &mut Learned) {
+    let block = |start: usize| {
+        let mut v = [0.0; AXES];
+        for (to, from) in v.iter_mut().zip(error.iter().skip(start)) {
+            *to = *from;
+        }
+        v
+    };
+    nominal.r_i += Vec3::from_array(block(POSITION));
+    nominal.v_i += Vec3::from_array(block(VELOCITY));
+    let tilt =
+        Rot::<Inertial, Inertial>::from_rotation_vector(Vec3::<Inertial>::from_array(block(ATTITUDE)).components());
     nominal.attitude_bi = nominal.attitude_bi.then(&tilt).normalised();
-    learned.add(error);
+    for (bias, change) in learned.accelerometer_bias_mps2.iter_mut().zip(block(ACCELEROMETER_BIAS)) {
+        *bias += change;
+    }
+    for (bias, change) in learned.gyro_bias_radps.iter_mut().zip(block(GYRO_BIAS)) {
+        *bias += change;
+    }
+    learned.log_density += error.get(LOG_DENSITY).copied().unwrap_or(0.0);
 }

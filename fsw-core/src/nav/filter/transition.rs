@@ -13,8 +13,8 @@
 use nalgebra::{ArrayStorage, Matrix3};
 
 use super::layout::{
-    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ATTITUDE, Full, GYRO_BIAS, GYRO_SCALE,
-    LOG_DENSITY, POSITION, PROPAGATED, Propagated, VELOCITY,
+    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ATTITUDE, ESTIMATED, Estimated, Full,
+    GYRO_BIAS, GYRO_SCALE, LOG_DENSITY, POSITION, VELOCITY,
 };
 use crate::frames::{Body, Vec3};
 use crate::model::gravity;
@@ -99,10 +99,10 @@ impl Transition {
         self.elapsed_s += dt;
     }
 
-    /// The states at the end of the window from those at its start; the constants of calibration stay and are not told.
+    /// The estimated states at the end of the window from all states at its start.
     #[must_use]
     #[allow(clippy::indexing_slicing)] // constant block offsets within fixed arrays
-    pub fn apply(&self, x: &Full) -> Propagated {
+    pub fn apply(&self, x: &Full) -> Estimated {
         let at = |block: usize| [x[block], x[block + 1], x[block + 2]];
         let (r, v, phi) = (at(POSITION), at(VELOCITY), at(ATTITUDE));
         let (accelerometer_bias, gyro_bias) = (at(ACCELEROMETER_BIAS), at(GYRO_BIAS));
@@ -122,7 +122,7 @@ impl Transition {
         add_product(&mut gained, &self.misalignment, &misalignment);
         add_product(&mut gained, &self.velocity_from_gyro_scale, &gyro_scale);
 
-        let mut out: Propagated = [0.0; PROPAGATED];
+        let mut out: Estimated = [0.0; ESTIMATED];
         let t = self.elapsed_s;
         for k in 0..3 {
             out[POSITION + k] = r[k] + t * (v[k] + 0.5 * gained[k]);
@@ -196,7 +196,7 @@ fn subtract_product(sum: &mut [f64; 3], m: &Matrix3<f64>, v: &[f64; 3]) {
 mod tests {
     use super::*;
     use crate::frames::{Inertial, Rot};
-    use crate::nav::filter::layout::{ALL, PROPAGATED};
+    use crate::nav::filter::layout::{ALL, ESTIMATED};
     use crate::nav::strapdown::Strapdown;
     use crate::planet::MARS;
 
@@ -297,6 +297,6 @@ mod tests {
         let out = flown(&[0.0; ALL]).1.apply(&x);
         assert!((out[LOG_DENSITY] - 0.99f64.powi(5)).abs() < 1e-15);
         assert_eq!(out[GYRO_BIAS + 1], 2.0);
-        assert_eq!(out.len(), PROPAGATED);
+        assert_eq!(out.len(), ESTIMATED);
     }
 }
