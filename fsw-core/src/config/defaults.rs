@@ -111,7 +111,7 @@ const NAVIGATION: NavigationParameters = NavigationParameters {
     gyro_scale_sigma: 100e-6,
     gyro_noise: rad(0.07) / ROOT_HOUR_S,
     log_density_sigma: 0.08,
-    log_density_length_m: 400e3,
+    log_density_length_m: 150e3,
     pressure_scale_sigma: 0.02,
     pressure_offset_sigma_pa: 15.0,
     pressure_noise: 0.005,

@@ -50,6 +50,14 @@ pub struct Executive {
     report: Slot<GuidanceTlm>,
 }
 
+/// What the slots of a minor frame up to control have found.
+struct Flown {
+    estimate: Estimate,
+    imu_present: bool,
+    command: GuidanceOutput,
+    cause: Option<DeployCause>,
+}
+
 /// What one minor frame gives out; events are in the log's queue.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
@@ -167,48 +175,59 @@ impl Executive {
         if !self.armed {
             return Outputs::default();
         }
-        let model = &self.model;
-
-        let mut batch = sensors::accept(now, inputs, &mut self.rejects);
-        self.stuck.step(&mut batch, &self.config.navigation, &mut self.rejects);
-        probe.slot_done(SlotId::Sensors);
-
-        let estimate = self.navigator.step_probed(now, &batch, &nav_context(&self.config, model, &self.demand), probe);
+        let (estimate, imu_present) = self.navigate(now, inputs, probe);
         probe.slot_done(SlotId::Navigation);
 
-        let context = guidance_context(&self.config, model);
+        let context = guidance_context(&self.config, &self.model);
         let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, shed, context };
         let command = self.guidance.advance_probed(&input, probe);
         probe.slot_done(SlotId::Guidance);
 
-        let demand = control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
-        self.demand = demand;
+        self.demand =
+            control::step(estimate.bank_rad, estimate.bank_rate_radps, command.bank_rad, &self.config.control);
         let cause = self.parachute(&estimate, &context);
         probe.slot_done(SlotId::Control);
 
+        self.close(now, &Flown { estimate, imu_present, command, cause }, probe)
+    }
+
+    /// Validation of the measurements and navigation. Out of line, as is [`Self::close`]: neither has to find room on the stack
+    /// for both.
+    #[inline(never)]
+    fn navigate(&mut self, now: MissionTime, inputs: &FrameInputs, probe: &mut impl Probe) -> (Estimate, bool) {
+        let mut batch = sensors::accept(now, inputs, &mut self.rejects);
+        self.stuck.step(&mut batch, &self.config.navigation, &mut self.rejects);
+        probe.slot_done(SlotId::Sensors);
+        let context = nav_context(&self.config, &self.model, &self.demand);
+        (self.navigator.step_probed(now, &batch, &context, probe), batch.imu.is_some())
+    }
+
+    /// Fault protection and telemetry of a frame that has been flown.
+    #[inline(never)]
+    fn close(&mut self, now: MissionTime, flown: &Flown, probe: &mut impl Probe) -> Outputs {
         let navigation =
             due(self.frame, NAV_TELEMETRY_FRAMES, NAV_TELEMETRY_OFFSET).then(|| self.navigator.telemetry());
         let counters = self.navigator.counters();
         let report = FrameReport {
             time: now,
             frame: self.frame,
-            imu_present: batch.imu.is_some(),
-            navigation_valid: estimate.valid,
+            imu_present: flown.imu_present,
+            navigation_valid: flown.estimate.valid,
             rejects: &self.rejects,
             innovations: navigation.as_ref().map(|tlm| &tlm.innovations),
             covariance_restored: counters.covariance_restored,
             filter_given_up: counters.given_up,
         };
         let verdict = self.monitor.step(&report, &mut self.log);
-        self.log_guidance(now, &command);
-        self.log_parachute(now, &estimate, cause);
-        self.change_mode(now, &estimate, verdict.navigation_usable, cause.is_some());
+        self.log_guidance(now, &flown.command);
+        self.log_parachute(now, &flown.estimate, flown.cause);
+        self.change_mode(now, &flown.estimate, verdict.navigation_usable, flown.cause.is_some());
         probe.slot_done(SlotId::Fault);
 
         let outputs = Outputs {
-            actuator: self.actuator(&demand),
+            actuator: self.actuator(&self.demand),
             navigation,
-            guidance: self.guidance_report(command.telemetry),
+            guidance: self.guidance_report(flown.command.telemetry),
             health: due(self.frame, HEALTH_FRAMES, HEALTH_OFFSET).then(|| self.health()),
         };
         probe.slot_done(SlotId::Telemetry);

@@ -284,9 +284,9 @@ pub struct NavigationParameters {
     pub log_density_sigma: f64,
     /// Correlation length of the density error in altitude, m.
     pub log_density_length_m: f64,
-    /// Pressure: scale error, 1σ (consider).
+    /// Pressure: scale error, 1σ; estimated with the rest.
     pub pressure_scale_sigma: f64,
-    /// Pressure: offset, 1σ, Pa (consider).
+    /// Pressure: offset, 1σ, Pa; estimated with the rest.
     pub pressure_offset_sigma_pa: f64,
     /// Pressure: white noise, 1σ, as a fraction of the reading.
     pub pressure_noise: f64,

@@ -185,15 +185,10 @@ impl Navigator {
     fn observe(&mut self, batch: &Batch, context: &NavContext<'_>) {
         let parameters = context.parameters;
         if let Some(p) = &batch.pressure {
-            let log_density = self.filter.learned().log_density;
-            self.filter.take(&pressure::observe(
-                p.time,
-                p.stagnation_pa,
-                &self.nominal,
-                log_density,
-                context.model,
-                parameters,
-            ));
+            let learned = self.filter.learned();
+            let observed =
+                pressure::observe(p.time, p.stagnation_pa, &self.nominal, learned, context.model, parameters);
+            self.filter.take(&observed);
         }
         for (measured, state) in batch.radio.iter().zip(self.sources.iter_mut()) {
             if let Some(m) = measured {
@@ -277,10 +272,7 @@ impl Navigator {
         let learned = self.filter.learned();
         let dt_s = FRAME.as_s();
         let measured = batch.imu.as_ref().map(|imu| Measured {
-            increments: Increments {
-                delta_v_b: imu.delta_v_b - Vec3::from_array(learned.accelerometer_bias_mps2) * dt_s,
-                delta_theta_b: imu.delta_theta_b - Vec3::from_array(learned.gyro_bias_radps) * dt_s,
-            },
+            increments: learned.compensated(&imu.delta_v_b, &imu.delta_theta_b, dt_s),
             accelerometer_saturated: imu.accelerometer_saturated,
             gyro_saturated: imu.gyro_saturated,
         });

@@ -11,16 +11,16 @@ pub const POSITION: usize = 0;
 pub const VELOCITY: usize = 3;
 /// Attitude, rotation vector in inertial axes, rad.
 pub const ATTITUDE: usize = 6;
-/// Accelerometer bias, body axes, m/s².
-pub const ACCELEROMETER_BIAS: usize = 9;
-/// Gyro bias, body axes, rad/s.
-pub const GYRO_BIAS: usize = 12;
 /// Logarithm of the density ratio.
-pub const LOG_DENSITY: usize = 15;
-/// Number of estimated states.
-pub const ESTIMATED: usize = 16;
+pub const LOG_DENSITY: usize = 9;
+/// Number of states that a transition changes; those that follow are constants of the sensors.
+pub const MOVING: usize = 10;
 
-/// Accelerometer scale factor, body axes: the first considered state.
+/// Accelerometer bias, body axes, m/s².
+pub const ACCELEROMETER_BIAS: usize = 10;
+/// Gyro bias, body axes, rad/s.
+pub const GYRO_BIAS: usize = 13;
+/// Accelerometer scale factor, body axes.
 pub const ACCELEROMETER_SCALE: usize = 16;
 /// Accelerometer misalignment, rotation vector in body axes, rad.
 pub const ACCELEROMETER_MISALIGNMENT: usize = 19;
@@ -32,10 +32,8 @@ pub const PRESSURE_SCALE: usize = 25;
 pub const PRESSURE_OFFSET: usize = 26;
 /// Number of all states.
 pub const ALL: usize = 27;
-/// Number of considered (Schmidt) states: uncertain constants, known to the covariance, never corrected.
-pub const CONSIDERED: usize = ALL - ESTIMATED;
 
-/// A vector of the estimated states.
-pub type Estimated = [f64; ESTIMATED];
+/// A vector of the states that a transition changes.
+pub type Moving = [f64; MOVING];
 /// A vector of all states.
 pub type Full = [f64; ALL];

@@ -1,4 +1,4 @@
-//! [`Filter`]: the error-state extended Kalman filter with considered (Schmidt) states around the strapdown solution.
+//! [`Filter`]: the error-state extended Kalman filter of all errors of the sensors around the strapdown solution.
 //!
 //! Windows of [`FRAMES_PER_EPOCH`] frames. While window k flies, its transition is accumulated and its measurements are queued as
 //! innovations against the nominal state of their own frames; meanwhile the covariance of the window before is worked on in
@@ -6,10 +6,9 @@
 //!
 //! | frame of the window | work on the epoch that ended the window before |
 //! |---|---|
-//! | 1 | prediction, Φ on most columns |
-//! | 2 | the rest of them, Φ on rows, process noise; first half of the Schur complement of the check |
-//! | 3 | its second half; positive definiteness checked |
-//! | 4, 5 | scalar updates, [`UPDATES_PER_FRAME`] at most in each |
+//! | 1 | prediction, Φ on columns |
+//! | 2 | Φ on rows, process noise; a part of the check of positive definiteness |
+//! | 3, 4, 5 | scalar updates, a third of them in each |
 //!
 //! At the end of frame 5 the correction found for the old epoch is carried to the present by the transition of the window
 //! just flown and added to the nominal state: 0.1 s late, but exact to first order, and no frame costs much more than another.
@@ -23,15 +22,15 @@ pub mod transition;
 
 use covariance::{Covariance, ProcessNoise};
 use layout::{
-    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ALL, ATTITUDE, AXES, ESTIMATED, Estimated,
-    Full, GYRO_BIAS, GYRO_SCALE, LOG_DENSITY, POSITION, PRESSURE_OFFSET, PRESSURE_SCALE, VELOCITY,
+    ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ALL, ATTITUDE, AXES, Full, GYRO_BIAS,
+    GYRO_SCALE, LOG_DENSITY, POSITION, PRESSURE_OFFSET, PRESSURE_SCALE, VELOCITY,
 };
 use measurement::{Observation, Queue, UpdateRule, update};
 use transition::{FrameStep, Transition};
 
 use super::bridge::BridgeNoise;
-use super::strapdown::Nominal;
-use crate::frames::{Inertial, Rot, Vec3};
+use super::strapdown::{Increments, Nominal};
+use crate::frames::{Body, Inertial, Rot, Vec3};
 use crate::link::packet::{COVARIANCE_ELEMENTS, Innovation, MAX_INNOVATIONS, Verdict};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
 use crate::math::fun::{exp, sqrt};
@@ -41,8 +40,8 @@ use crate::probe::{Kernel, Probe};
 
 /// Minor frames from epoch to epoch: the filter runs at 10 Hz.
 pub const FRAMES_PER_EPOCH: u8 = 5;
-/// Scalar updates in one frame, at most; two frames of a window hold as many as can be queued.
-pub const UPDATES_PER_FRAME: usize = MAX_INNOVATIONS.div_ceil(2);
+/// Frames of a window with scalar updates, the last ones; they share evenly what is queued.
+const UPDATING_FRAMES: usize = 3;
 
 /// What the filter has learned besides position, velocity and attitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,6 +52,75 @@ pub struct Learned {
     pub gyro_bias_radps: [f64; 3],
     /// Logarithm of density over the onboard model.
     pub log_density: f64,
+    /// Accelerometer scale factor less 1, body axes.
+    pub accelerometer_scale: [f64; 3],
+    /// Accelerometer misalignment, rotation vector in body axes, rad.
+    pub accelerometer_misalignment_rad: [f64; 3],
+    /// Gyro scale factor less 1, body axes.
+    pub gyro_scale: [f64; 3],
+    /// Scale factor of the pressure less 1.
+    pub pressure_scale: f64,
+    /// Offset of the pressure, Pa.
+    pub pressure_offset_pa: f64,
+}
+
+impl Learned {
+    /// Nothing yet.
+    pub const NOTHING: Self = Self {
+        accelerometer_bias_mps2: [0.0; 3],
+        gyro_bias_radps: [0.0; 3],
+        log_density: 0.0,
+        accelerometer_scale: [0.0; 3],
+        accelerometer_misalignment_rad: [0.0; 3],
+        gyro_scale: [0.0; 3],
+        pressure_scale: 0.0,
+        pressure_offset_pa: 0.0,
+    };
+
+    /// Adds what was found of the errors.
+    fn add(&mut self, error: &Full) {
+        for (learned, first) in [
+            (&mut self.accelerometer_bias_mps2, ACCELEROMETER_BIAS),
+            (&mut self.gyro_bias_radps, GYRO_BIAS),
+            (&mut self.accelerometer_scale, ACCELEROMETER_SCALE),
+            (&mut self.accelerometer_misalignment_rad, ACCELEROMETER_MISALIGNMENT),
+            (&mut self.gyro_scale, GYRO_SCALE),
+        ] {
+            for (learned, change) in learned.iter_mut().zip(block(error, first)) {
+                *learned += change;
+            }
+        }
+        for (learned, at) in [
+            (&mut self.log_density, LOG_DENSITY),
+            (&mut self.pressure_scale, PRESSURE_SCALE),
+            (&mut self.pressure_offset_pa, PRESSURE_OFFSET),
+        ] {
+            *learned += error.get(at).copied().unwrap_or(0.0);
+        }
+    }
+
+    /// The increments of a frame as a faultless unit would have given them, by what is known of this one.
+    #[must_use]
+    pub fn compensated(&self, delta_v_b: &Vec3<Body>, delta_theta_b: &Vec3<Body>, dt_s: f64) -> Increments {
+        let part = |v: [f64; 3]| Vec3::<Body>::from_array(v);
+        let scaled = |v: &Vec3<Body>, [x, y, z]: [f64; 3]| Vec3::<Body>::new(v.x() * x, v.y() * y, v.z() * z);
+        Increments {
+            delta_v_b: *delta_v_b
+                - part(self.accelerometer_bias_mps2) * dt_s
+                - scaled(delta_v_b, self.accelerometer_scale)
+                + delta_v_b.cross(&part(self.accelerometer_misalignment_rad)),
+            delta_theta_b: *delta_theta_b - part(self.gyro_bias_radps) * dt_s - scaled(delta_theta_b, self.gyro_scale),
+        }
+    }
+}
+
+/// Three states from one on.
+fn block(error: &Full, first: usize) -> [f64; AXES] {
+    let mut v = [0.0; AXES];
+    for (to, from) in v.iter_mut().zip(error.iter().skip(first)) {
+        *to = *from;
+    }
+    v
 }
 
 /// Uncertainty as of the last finished epoch.
@@ -97,9 +165,9 @@ pub struct Filter {
     arriving: Queue<Observation>,
     processing: Queue<Observation>,
     /// Correction added to the nominal state at the epoch being worked on.
-    injected: Estimated,
+    injected: Full,
     /// Error about the corrected nominal state of that epoch, as found so far.
-    error: Estimated,
+    error: Full,
     frame: u8,
     learned: Learned,
     uncertainty: Uncertainty,
@@ -124,10 +192,10 @@ impl Filter {
             epoch: None,
             arriving: Queue::new(),
             processing: Queue::new(),
-            injected: [0.0; ESTIMATED],
-            error: [0.0; ESTIMATED],
+            injected: [0.0; ALL],
+            error: [0.0; ALL],
             frame: 0,
-            learned: Learned { accelerometer_bias_mps2: [0.0; 3], gyro_bias_radps: [0.0; 3], log_density: 0.0 },
+            learned: Learned::NOTHING,
             uncertainty: Uncertainty::NONE,
             innovations: Queue::new(),
             restored: 0,
@@ -135,6 +203,7 @@ impl Filter {
     }
 
     /// Starts from the uncertainty of the initial knowledge and of the sensors.
+    #[inline(never)] // as is that of the start …
     pub fn start(&mut self, knowledge: &InitialKnowledge, parameters: &NavigationParameters) {
         let mut sigmas: Full = [0.0; ALL];
         for (block, length, sigma) in [
@@ -159,14 +228,15 @@ impl Filter {
         self.arriving.clear();
         self.processing.clear();
         self.innovations.clear();
-        self.injected = [0.0; ESTIMATED];
-        self.error = [0.0; ESTIMATED];
+        self.injected = [0.0; ALL];
+        self.error = [0.0; ALL];
         self.frame = 0;
         self.learned = Learned::default();
         self.publish();
     }
 
     /// Takes one frame of strapdown into the window. The log-density decays with the altitude flown.
+    #[inline(never)] // … and of the window
     pub fn propagate(
         &mut self,
         mut frame: FrameStep<'_>,
@@ -201,6 +271,7 @@ impl Filter {
     }
 
     /// This frame's slice of the covariance work; at the end of a window corrects the nominal state.
+    #[inline(never)] // its scratch is not kept on the stack while the other slots run
     pub fn work(
         &mut self,
         nominal: &mut Nominal,
@@ -234,21 +305,18 @@ impl Filter {
             1 => {
                 self.covariance.end_prediction(transition, noise);
                 probe.kernel_done(Kernel::FilterPredict, 1);
-                self.covariance.begin_check();
-            }
-            2 => {
                 if self.covariance.check() {
                     self.restored = self.restored.saturating_add(1);
                 }
-                probe.kernel_done(Kernel::FilterUpdate, 1);
             }
-            3 => self.update_some(0, rule, probe),
-            _ => self.update_some(UPDATES_PER_FRAME, rule, probe),
+            frame => self.update_some(usize::from(frame.saturating_sub(2)), rule, probe),
         }
     }
 
-    fn update_some(&mut self, first: usize, rule: &UpdateRule, probe: &mut impl Probe) {
-        for observation in self.processing.items().iter().skip(first).take(UPDATES_PER_FRAME) {
+    /// The scalar updates of one of the [`UPDATING_FRAMES`].
+    fn update_some(&mut self, turn: usize, rule: &UpdateRule, probe: &mut impl Probe) {
+        let share = self.processing.items().len().div_ceil(UPDATING_FRAMES);
+        for observation in self.processing.items().iter().skip(turn * share).take(share) {
             let record = update(observation, rule, &self.injected, &mut self.error, &mut self.covariance);
             self.innovations.push(record);
             probe.kernel_done(Kernel::FilterUpdate, 1);
@@ -257,16 +325,17 @@ impl Filter {
 
     /// Carries the correction to the present, adds it to the nominal state and begins the next window.
     fn close_window(&mut self, nominal: &mut Nominal) {
-        let mut error: Full = [0.0; ALL];
-        for (all, estimated) in error.iter_mut().zip(self.error.iter()) {
-            *all = *estimated;
+        self.injected = self.error;
+        for (now, carried) in self.injected.iter_mut().zip(self.window.apply(&self.error)) {
+            *now = carried;
         }
-        self.injected = self.window.apply(&error);
-        self.error = [0.0; ESTIMATED];
+        self.error = [0.0; ALL];
         inject(&self.injected, nominal, &mut self.learned);
         self.epoch = Some((core::mem::take(&mut self.window), core::mem::take(&mut self.window_noise)));
+        // Copied, not swapped: few of the places are taken.
         self.processing.clear();
-        core::mem::swap(&mut self.arriving, &mut self.processing);
+        self.arriving.items().iter().for_each(|observation| self.processing.push(*observation));
+        self.arriving.clear();
     }
 
     fn publish(&mut self) {
@@ -283,7 +352,7 @@ impl Filter {
         let largest = |block: usize| (0..AXES).fold(0.0, |largest, k| max(largest, sigma(block + k)));
         self.uncertainty.position_sigma_m = largest(POSITION);
         self.uncertainty.velocity_sigma_mps = largest(VELOCITY);
-        self.uncertainty.sound = (0..ESTIMATED).all(|i| p.at(i, i) >= 0.0);
+        self.uncertainty.sound = (0..ALL).all(|i| p.at(i, i) >= 0.0);
     }
 
     /// What has been learned of sensors and air.
@@ -326,24 +395,11 @@ impl Filter {
 }
 
 /// Adds an error to the nominal state and to what has been learned.
-fn inject(error: &Estimated, nominal: &mut Nominal, learned: &mut Learned) {
-    let block = |start: usize| {
-        let mut v = [0.0; AXES];
-        for (to, from) in v.iter_mut().zip(error.iter().skip(start)) {
-            *to = *from;
-        }
-        v
-    };
-    nominal.r_i += Vec3::from_array(block(POSITION));
-    nominal.v_i += Vec3::from_array(block(VELOCITY));
-    let tilt =
-        Rot::<Inertial, Inertial>::from_rotation_vector(Vec3::<Inertial>::from_array(block(ATTITUDE)).components());
+fn inject(error: &Full, nominal: &mut Nominal, learned: &mut Learned) {
+    nominal.r_i += Vec3::from_array(block(error, POSITION));
+    nominal.v_i += Vec3::from_array(block(error, VELOCITY));
+    let tilt = Vec3::<Inertial>::from_array(block(error, ATTITUDE));
+    let tilt = Rot::<Inertial, Inertial>::from_rotation_vector(tilt.components());
     nominal.attitude_bi = nominal.attitude_bi.then(&tilt).normalised();
-    for (bias, change) in learned.accelerometer_bias_mps2.iter_mut().zip(block(ACCELEROMETER_BIAS)) {
-        *bias += change;
-    }
-    for (bias, change) in learned.gyro_bias_radps.iter_mut().zip(block(GYRO_BIAS)) {
-        *bias += change;
-    }
-    learned.log_density += error.get(LOG_DENSITY).copied().unwrap_or(0.0);
+    learned.add(error);
 }

@@ -1,5 +1,6 @@
 //! Stagnation pressure: a measure of density, through it weakly of altitude.
 
+use super::Learned;
 use super::measurement::{Observation, Sensitivity};
 use crate::frames::{Inertial, Vec3};
 use crate::link::packet::MeasurementKind;
@@ -14,9 +15,9 @@ use crate::time::MissionTime;
 /// Smallest white noise of a reading, Pa: no transducer is exact in a vacuum, and no variance may vanish.
 const RESOLUTION_PA: f64 = 0.01;
 
-/// Forms the observation of a stagnation pressure (Pa) against the nominal state and the estimated log-density.
+/// Forms the observation of a stagnation pressure (Pa) against the nominal state and what was learned of air and sensor.
 ///
-/// p_t = ρ (R T + ½ C_p(M) V²) with ρ = ρ_model(h)·exp(x). Derivatives: p_t with respect to x; p_t·d(ln ρ_model)/dh along the
+/// p_t = ρ (R T + ½ C_p(M) V²) with ρ = ρ_model(h)·exp(x), read as (1 + s) p_t + o. Derivatives: p_t with respect to x; p_t·d(ln ρ_model)/dh along the
 /// vertical (temperature taken as constant over an altitude error); ρ(C_p + ½ M dC_p/dM)·v_rel with respect to velocity.
 /// Air at rest relative to the planet. Valid above the smallest estimated dynamic pressure of the parameters.
 #[must_use]
@@ -24,7 +25,7 @@ pub fn observe(
     time: MissionTime,
     measured_pa: f64,
     nominal: &Nominal,
-    log_density: f64,
+    learned: &Learned,
     model: &OnboardModel,
     parameters: &NavigationParameters,
 ) -> Observation {
@@ -33,14 +34,16 @@ pub fn observe(
     let altitude = radius - planet.radius_m;
     let v_rel = nominal.v_i - Vec3::<Inertial>::new(0.0, 0.0, planet.rotation_radps).cross(&nominal.r_i);
     let speed = v_rel.norm();
-    let density = model.atmosphere.density(altitude) * exp(log_density);
+    let density = model.atmosphere.density(altitude) * exp(learned.log_density);
     let Pitot { gas_constant_jpkgk, temperature_k, coefficient, mach, slope } = Pitot::at(model, altitude, speed);
     let dynamic = 0.5 * density * speed * speed;
-    let predicted = density * gas_constant_jpkgk * temperature_k + coefficient * dynamic;
+    let read = 1.0 + learned.pressure_scale;
+    let stagnation = density * gas_constant_jpkgk * temperature_k + coefficient * dynamic;
+    let predicted = read * stagnation + learned.pressure_offset_pa;
 
-    let vertical = predicted * model.atmosphere.log_density_slope_pm(altitude) / radius;
-    let along = density * (coefficient + 0.5 * mach * slope);
-    let noise = max(parameters.pressure_noise * predicted, RESOLUTION_PA);
+    let vertical = read * stagnation * model.atmosphere.log_density_slope_pm(altitude) / radius;
+    let along = read * density * (coefficient + 0.5 * mach * slope);
+    let noise = max(parameters.pressure_noise * stagnation, RESOLUTION_PA);
     Observation {
         time,
         kind: MeasurementKind::Pressure,
@@ -50,8 +53,8 @@ pub fn observe(
         sensitivity: Sensitivity {
             position: (nominal.r_i * vertical).to_array(),
             velocity: (v_rel * along).to_array(),
-            log_density: predicted,
-            pressure_scale: predicted,
+            log_density: read * stagnation,
+            pressure_scale: stagnation,
             pressure_offset: 1.0,
         },
         valid: dynamic >= parameters.pressure_min_dynamic_pa,
@@ -124,9 +127,16 @@ mod tests {
     }
 
     fn observed(nominal: &Nominal, log_density: f64) -> Observation {
+        observed_by(
+            nominal,
+            &Learned { log_density, pressure_scale: -0.03, pressure_offset_pa: 20.0, ..Learned::NOTHING },
+        )
+    }
+
+    fn observed_by(nominal: &Nominal, learned: &Learned) -> Observation {
         let c = Config::DEFAULT;
         let model = OnboardModel::new(c.planet, &c.vehicle, &[], &c.atmosphere, &[]).unwrap();
-        observe(MissionTime::ZERO, MEASURED_PA, nominal, log_density, &model, &c.navigation)
+        observe(MissionTime::ZERO, MEASURED_PA, nominal, learned, &model, &c.navigation)
     }
 
     #[test]
@@ -150,6 +160,13 @@ mod tests {
             }
             let by_density = (predicted(&nominal, 0.051) - predicted(&nominal, 0.049)) / 0.002;
             assert!((h.log_density - by_density).abs() < 1e-6 * p);
+            let read = |pressure_scale: f64, pressure_offset_pa: f64| {
+                let learned = Learned { log_density: 0.05, pressure_scale, pressure_offset_pa, ..Learned::NOTHING };
+                MEASURED_PA - observed_by(&nominal, &learned).innovation
+            };
+            let by_scale = (read(-0.02, 20.0) - read(-0.04, 20.0)) / 0.02;
+            assert!((h.pressure_scale - by_scale).abs() < 1e-6 * p);
+            assert!((h.pressure_offset - (read(-0.03, 21.0) - read(-0.03, 20.0))).abs() < 1e-6);
         }
     }
 
