@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use fsw_core::link::parameters::NavigationMode;
 
-use crate::cli::is_device_and_baud;
+use super::navigation::Extent;
+use crate::cli::{is_device_and_baud, navigation_name};
 use crate::error::HostError;
 use crate::target::Target;
 
@@ -27,6 +29,14 @@ pub struct WcetArgs {
     /// Image for the emulator to run; without it the workspace's own bench image is built.
     #[arg(long, value_name = "FILE")]
     pub image: Option<PathBuf>,
+    /// Measures every navigation algorithm instead, and holds its worst frame against its budget: on ten seconds of two
+    /// flights each, or on three whole flights each. For m7 and rv64.
+    #[arg(long, value_name = "EXTENT", value_enum, num_args = 0..=1, default_missing_value = "short",
+          conflicts_with_all = ["flights", "cycles", "search"])]
+    pub navigation: Option<Extent>,
+    /// With --navigation: only these algorithms, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = navigation_name(), requires = "navigation")]
+    pub filters: Vec<NavigationMode>,
     /// Estimates cycles too, from executed blocks; for m7.
     #[arg(long)]
     pub cycles: bool,
@@ -54,8 +64,10 @@ impl WcetArgs {
     /// One sentence with the option and what it is for.
     pub fn check(&self) -> Result<(), HostError> {
         let emulated = matches!(self.target, WcetPlace::Emulated(_));
-        if !emulated && (self.image.is_some() || self.cycles || self.search.is_some()) {
-            return Err(HostError::Option("--image, --cycles and --search are for --target m7 or rv64".into()));
+        let asks = self.image.is_some() || self.cycles || self.search.is_some() || self.navigation.is_some();
+        if !emulated && asks {
+            let which = "--image, --cycles, --search and --navigation";
+            return Err(HostError::Option(format!("{which} are for --target m7 or rv64")));
         }
         if self.unit.is_some() && !matches!(self.target, WcetPlace::Serial(_)) {
             let known = "the unit of the others is known";
@@ -140,7 +152,8 @@ mod tests {
         let board = ["--target", "serial:/dev/ttyUSB0:921600"];
         assert_eq!(checked(&[&board[..], &["--unit", "cycles", "--flights", "2"]].concat()), Ok(()));
         assert_eq!(checked(&["--target", "m7", "--cycles", "--flights", "1"]), Ok(()));
-        for bad in [["--image", "a.elf"].as_slice(), &["--cycles"], &["--search", "9", "--out", "x"]] {
+        for bad in [["--image", "a.elf"].as_slice(), &["--cycles"], &["--search", "9", "--out", "x"], &["--navigation"]]
+        {
             let refused = checked(&[&board[..], bad].concat()).unwrap_err();
             assert!(refused.contains("are for --target m7 or rv64"), "{refused}");
         }

@@ -76,7 +76,7 @@ pub(super) const SOURCES: &str = "beacon=[{name=\"a\",longitude_deg=-73.26,latit
      {name=\"c\",longitude_deg=-86.0,latitude_deg=-44.0,altitude_km=0}]";
 /// Highest row of the tabulated air, km: above the entry.
 const HIGHEST_ROW_KM: f64 = 130.0;
-const NO_BLACKOUT: &str = "sensors.radio.blackout={above_speed_mps=10000,below_altitude_km=0}";
+pub(super) const NO_BLACKOUT: &str = "sensors.radio.blackout={above_speed_mps=10000,below_altitude_km=0}";
 
 /// Air and coefficients as tables of the largest size that the flight software holds, sampled from the default models.
 fn tables() -> [String; 2] {
@@ -106,6 +106,16 @@ fn faults(list: &[String]) -> String {
     format!("fault=[{}]", list.join(","))
 }
 
+fn noisy_line() -> String {
+    faults(&[fault("bit-flips", "uplink", 0.0, 1000.0, "per_packet=0.05")])
+}
+
+/// Beside every source: the largest tables, and a line that spoils packets.
+pub(super) fn everything_at_once() -> [String; 3] {
+    let [air, aero] = tables();
+    [air, aero, noisy_line()]
+}
+
 /// The whole set, in the order of the table.
 ///
 /// # Errors
@@ -126,7 +136,7 @@ pub fn hard_flights() -> Result<Vec<HardFlight>, HostError> {
         fault("dropout", "uplink", 150.0, 2.0, ""),
         fault("dropout", "imu", 170.0, 0.5, ""),
     ]);
-    let noisy = faults(&[fault("bit-flips", "uplink", 0.0, 1000.0, "per_packet=0.05")]);
+    let noisy = noisy_line();
     let flooded = faults(&[
         fault("duplicate", "uplink", 40.0, 20.0, "copies=3"),
         fault("duplicate", "uplink", 80.0, 5.0, "copies=60"),

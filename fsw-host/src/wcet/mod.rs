@@ -11,6 +11,7 @@ pub mod flights;
 pub mod host;
 pub mod ledger;
 pub mod line;
+pub mod navigation;
 pub mod report;
 pub mod search;
 pub mod table;
@@ -27,6 +28,8 @@ use crate::target::{Image, Opening, Target};
 use args::{WcetArgs, WcetPlace};
 use bar::Bar;
 use flights::{HardFlight, hard_flights};
+use fsw_core::link::parameters::NavigationMode;
+use navigation::{Extent, ModeCost, NavigationReport};
 use report::{Report, WallTime, keep, publish};
 use table::{Budgets, Row};
 
@@ -41,6 +44,9 @@ pub fn run(args: &WcetArgs) -> Result<bool, HostError> {
     args.check()?;
     interrupt::catch()?;
     let visible = !args.quiet && !args.json;
+    if let (Some(extent), WcetPlace::Emulated(target)) = (args.navigation, &args.target) {
+        return by_navigation(args, extent, *target, visible);
+    }
     let mut flights = hard_flights()?;
     flights.truncate(args.flights.map_or(usize::MAX, NonZeroUsize::get));
     let report = match &args.target {
@@ -73,6 +79,20 @@ fn emulated(args: &WcetArgs, target: Target, mut flights: Vec<HardFlight>, visib
         estimate.enter(&mut report);
     }
     Ok(report)
+}
+
+/// Every navigation algorithm on an emulated processor; true when each keeps the budget of its frames.
+fn by_navigation(args: &WcetArgs, extent: Extent, target: Target, visible: bool) -> Result<bool, HostError> {
+    let image = image(args, target, visible)?;
+    let bench = Bench { target, image: &image, plugin: None, interrupt: interrupt::asked(), patience: PATIENCE };
+    let modes = if args.filters.is_empty() { NavigationMode::ALL } else { &args.filters };
+    let bar = Bar::new(visible, navigation::logs(extent, modes.len()));
+    let modes = navigation::measure(&bench, extent, modes, &bar)?;
+    drop(bar);
+    let unit = target::granularity(target).to_owned();
+    let report = NavigationReport { target: target.name().to_owned(), unit, modes };
+    navigation::publish(args, &report)?;
+    Ok(!report.modes.iter().any(ModeCost::is_over))
 }
 
 /// Instructions counted by Callgrind, where it is installed, and wall time in this process.

@@ -169,12 +169,8 @@ impl Covariance {
         }
     }
 
-    /// Checks the covariance of an epoch and restores it where it is not sound; true when it was restored.
-    ///
-    /// At once: numbers that are not finite, or so large that a row's sum is not, restart it; a variance that is not positive begins again at that of the start.
-    /// Over [`CHECKS_PER_SWEEP`] epochs, so that no frame bears it all: a copy is taken and factorised, some pivots in
-    /// each, P = L D Lᵀ. By how much a pivot must be raised above [`RELATIVE_PIVOT`] of its variance, the present variance is
-    /// raised too (Gill and Murray 1974), so that what is restored is no smaller; the next sweep looks again.
+    /// Restores the covariance of an epoch where it is plainly unsound; true when it did. Numbers that are not finite, or so
+    /// large that a row's sum is not, restart it; a variance that is not positive begins again at that of the start.
     pub fn check(&mut self) -> bool {
         let upper = |(i, row): (usize, &Full)| sum(row.get(i..).unwrap_or_default()).is_finite();
         let mut mended = !self.rows.iter().enumerate().all(upper);
@@ -188,11 +184,21 @@ impl Covariance {
             }
             mended |= lost;
         }
-        if mended || !self.is_sweeping {
+        self.is_sweeping &= !mended;
+        mended
+    }
+
+    /// Looks for a covariance that is not positive, over [`CHECKS_PER_SWEEP`] epochs, so that no frame bears it all: a copy is
+    /// taken and factorised, some pivots in each, P = L D Lᵀ. By how much a pivot must be raised above [`RELATIVE_PIVOT`] of
+    /// its variance, the present variance is raised too (Gill and Murray 1974), so that what is restored is no smaller; the next
+    /// sweep looks again. True when one was.
+    pub fn sweep(&mut self) -> bool {
+        if !self.is_sweeping {
             self.begin_sweep();
-            return mended;
+            return false;
         }
         let next = pivot_after(self.next_pivot);
+        let mut mended = false;
         for pivot in self.next_pivot..next {
             mended |= self.eliminate(pivot);
         }
@@ -313,6 +319,11 @@ pub(super) mod tests {
         Dense::from_fn(|i, j| p.at(i, j))
     }
 
+    fn looked_at(p: &mut Covariance) -> bool {
+        let mended = p.check();
+        p.sweep() | mended
+    }
+
     /// Standard deviations of an entry.
     pub fn started() -> Box<Covariance> {
         let mut sigmas: Full = [0.0; ALL];
@@ -372,7 +383,7 @@ pub(super) mod tests {
         for _ in 0..3000 {
             p.begin_prediction(&t);
             p.end_prediction(&t, &NOISE);
-            assert!(!p.check());
+            assert!(!looked_at(&mut p));
         }
     }
 
@@ -383,11 +394,11 @@ pub(super) mod tests {
             let mut p = started();
             p.rows[i][j] = value;
             let before = dense(&p);
-            assert!((0..CHECKS_PER_SWEEP).any(|_| p.check()), "{i} {j}: not found within a sweep");
+            assert!((0..CHECKS_PER_SWEEP).any(|_| looked_at(&mut p)), "{i} {j}: not found within a sweep");
             for _ in 0..CHECKS_PER_SWEEP {
-                p.check();
+                looked_at(&mut p);
             }
-            assert!((0..CHECKS_PER_SWEEP).all(|_| !p.check()), "{i} {j}: still not positive");
+            assert!((0..CHECKS_PER_SWEEP).all(|_| !looked_at(&mut p)), "{i} {j}: still not positive");
             assert!(nalgebra::Cholesky::new(dense(&p)).is_some());
             assert!((0..ALL).all(|k| p.at(k, k) >= before[(k, k)]));
         }
@@ -397,7 +408,7 @@ pub(super) mod tests {
     fn a_covariance_that_is_not_finite_starts_again() {
         let mut p = started();
         p.rows[4][20] = f64::NAN;
-        assert!(p.check());
+        assert!(looked_at(&mut p));
         assert_eq!(dense(&p), dense(&started()));
     }
 }
