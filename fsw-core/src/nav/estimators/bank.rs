@@ -22,7 +22,7 @@
 
 use nalgebra::SMatrix;
 
-use super::joint::Joint;
+use super::joint::{Joint, Transition};
 use super::linear::{Innovation, Linear};
 use super::models::{Measurement, Process, Reading};
 use super::weights::{Channels, WeightError, Weights};
@@ -186,6 +186,21 @@ impl<const J: usize, const K: usize> Bank<J, K> {
         sigmas: &[f64; J],
     ) -> Result<(), BankError> {
         let outcome = self.present(index)?.predict(joint, step_s, sigmas);
+        self.settle(index, outcome)
+    }
+
+    /// The same for a step that was found elsewhere, or could not be; see [`Linear::advance`].
+    ///
+    /// # Errors
+    /// As [`Self::predict_expert`].
+    pub fn advance_expert<const N: usize>(
+        &mut self,
+        index: usize,
+        step: Result<Transition<N, J>, EstimatorError>,
+        sigmas: &[f64; J],
+    ) -> Result<(), BankError> {
+        let expert = self.present(index)?;
+        let outcome = step.and_then(|step| expert.advance(&step, sigmas));
         self.settle(index, outcome)
     }
 

@@ -117,19 +117,6 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
         (0..W).step_by(LANES)
     }
 
-    /// Puts the derivatives of a pass where they belong in the row of the joint state.
-    fn spread<const J: usize>(&self, of: &Dual<LANES>, first: usize, row: &mut [f64; J]) {
-        for (lane, partial) in of.partials.iter().enumerate() {
-            let number = first + lane;
-            let at = match self.layout.parameters {
-                _ if number < N => number,
-                Some(block) if number < N + P => block.first + number - N,
-                _ => continue,
-            };
-            row.iter_mut().skip(at).take(1).for_each(|out| *out = *partial);
-        }
-    }
-
     /// One step of the joint state with its derivatives.
     ///
     /// # Errors
@@ -141,10 +128,92 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
             let (state, parameters) = self.seeded(joint, first);
             let moved = self.model.step(&state, &parameters, step_s);
             for ((row, next), dual) in transition.rows.iter_mut().zip(&mut transition.next).zip(&moved) {
-                self.spread(dual, first, row);
+                self.spread(&dual.partials, first, row);
                 *next = dual.value;
             }
         }
+        self.completed(joint, transition)
+    }
+
+    /// What a measurement should read, with its derivatives.
+    ///
+    /// # Errors
+    /// The measurement has no finite value or derivative here.
+    #[inline(never)]
+    pub fn see<Z: Measurement<N, P>, const J: usize>(
+        &self,
+        sensor: &Z,
+        joint: &[f64; J],
+    ) -> Result<Seen<J>, EstimatorError> {
+        let mut seen = Seen { expected: 0.0, row: [0.0; J] };
+        for first in Self::passes() {
+            let (state, parameters) = self.seeded(joint, first);
+            let dual = sensor.expected(&state, &parameters);
+            self.spread(&dual.partials, first, &mut seen.row);
+            seen.expected = dual.value;
+        }
+        self.biased(joint, sensor.bias_axis(), seen)
+    }
+}
+
+/// What does not ask the model: it may be given with derivatives found elsewhere.
+impl<M, const N: usize, const P: usize, const W: usize> Joint<'_, M, N, P, W> {
+    /// A step of the joint state, given that of the vehicle and its derivatives by state and parameters.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    #[inline(never)]
+    pub fn step_of<const J: usize>(
+        &self,
+        joint: &[f64; J],
+        next: &[f64; N],
+        rows: &[[f64; W]; N],
+    ) -> Result<Transition<N, J>, EstimatorError> {
+        let mut transition = Transition { next: *joint, rows: [[0.0; J]; N], persistence: [1.0; J] };
+        transition.next.iter_mut().zip(next).for_each(|(to, from)| *to = *from);
+        for (to, from) in transition.rows.iter_mut().zip(rows) {
+            self.spread(from, 0, to);
+        }
+        self.completed(joint, transition)
+    }
+
+    /// A measurement of the joint state, given that of the vehicle and its derivatives by state and parameters.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn seen_of<const J: usize>(
+        &self,
+        joint: &[f64; J],
+        expected: f64,
+        row: &[f64; W],
+        bias_axis: Option<usize>,
+    ) -> Result<Seen<J>, EstimatorError> {
+        let mut seen = Seen { expected, row: [0.0; J] };
+        self.spread(row, 0, &mut seen.row);
+        self.biased(joint, bias_axis, seen)
+    }
+
+    /// Puts derivatives, by number `first` and those that follow, where they belong in the row of the joint state.
+    fn spread<const J: usize>(&self, partials: &[f64], first: usize, row: &mut [f64; J]) {
+        for (lane, partial) in partials.iter().enumerate() {
+            let number = first + lane;
+            let at = match self.layout.parameters {
+                _ if number < N => number,
+                Some(block) if number < N + P => block.first + number - N,
+                _ => continue,
+            };
+            if let Some(out) = row.get_mut(at) {
+                *out = *partial;
+            }
+        }
+    }
+
+    /// What the layout adds to the step of the vehicle.
+    fn completed<const J: usize>(
+        &self,
+        joint: &[f64; J],
+        mut transition: Transition<N, J>,
+    ) -> Result<Transition<N, J>, EstimatorError> {
         if let Some((block, scale)) = self.layout.input {
             for (i, (row, next)) in transition.rows.iter_mut().zip(&mut transition.next).enumerate() {
                 let Some((input, by_input)) = joint.get(block.first + i).zip(row.get_mut(block.first + i)) else {
@@ -173,24 +242,14 @@ impl<M: Process<N, P>, const N: usize, const P: usize, const W: usize> Joint<'_,
         all.into_iter().filter_map(|(block, size)| Some((block?, size)))
     }
 
-    /// What a measurement should read, with its derivatives.
-    ///
-    /// # Errors
-    /// The measurement has no finite value or derivative here.
-    #[inline(never)]
-    pub fn see<Z: Measurement<N, P>, const J: usize>(
+    /// What the bias adds to a measurement.
+    fn biased<const J: usize>(
         &self,
-        sensor: &Z,
         joint: &[f64; J],
+        bias_axis: Option<usize>,
+        mut seen: Seen<J>,
     ) -> Result<Seen<J>, EstimatorError> {
-        let mut seen = Seen { expected: 0.0, row: [0.0; J] };
-        for first in Self::passes() {
-            let (state, parameters) = self.seeded(joint, first);
-            let dual = sensor.expected(&state, &parameters);
-            self.spread(&dual, first, &mut seen.row);
-            seen.expected = dual.value;
-        }
-        if let Some((block, axis)) = self.layout.bias.zip(sensor.bias_axis()) {
+        if let Some((block, axis)) = self.layout.bias.zip(bias_axis) {
             let at = block.first.saturating_add(axis);
             if let Some((bias, by_bias)) = joint.get(at).zip(seen.row.get_mut(at)) {
                 seen.expected += bias;

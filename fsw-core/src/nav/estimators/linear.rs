@@ -229,8 +229,26 @@ impl<const J: usize> Linear<J> {
         sigmas: &[f64; J],
     ) -> Result<(), EstimatorError> {
         let step = joint.step(&self.state, step_s)?;
-        self.transport(&step)?;
+        self.advance(&step, sigmas)
+    }
+
+    /// A step with its derivatives, then noise of these standard deviations.
+    ///
+    /// # Errors
+    /// As [`Self::transport`].
+    pub fn advance<const N: usize>(
+        &mut self,
+        step: &Transition<N, J>,
+        sigmas: &[f64; J],
+    ) -> Result<(), EstimatorError> {
+        self.transport(step)?;
         self.add_independent_noise(sigmas)
+    }
+
+    /// The state about which readings of this instant are linearised: that of the last prediction.
+    #[must_use]
+    pub const fn anchor(&self) -> &[f64; J] {
+        &self.anchor
     }
 
     /// Takes in a reading of the predicted instant; beyond `gate_sigma` deviations (infinite: no gate) it corrects nothing.

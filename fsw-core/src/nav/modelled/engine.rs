@@ -9,9 +9,9 @@ use crate::math::fun::sqrt;
 use crate::nav::estimators::EstimatorError;
 use crate::nav::estimators::bank::{Bank, BankError};
 use crate::nav::estimators::divided::{Divided, Order, Settings, Stepped};
-use crate::nav::estimators::joint::Joint;
+use crate::nav::estimators::joint::{Joint, Seen, Transition};
 use crate::nav::estimators::linear::{Innovation, Linear};
-use crate::nav::estimators::models::{AXES, Earlier, Onboard, Reading, Sensor};
+use crate::nav::estimators::models::{AXES, Earlier, Near, Onboard, Reading, Sensor};
 use crate::nav::estimators::weights::{Channels, Rule, Weights};
 
 /// Derivatives by position, velocity and parameters, for all: those by the parameters cost a filter that does not need them
@@ -55,6 +55,8 @@ pub struct Engine {
     wide_bank: Bank<WITH_PARAMETERS, EXPERTS>,
     /// The expert that is worked on.
     expert: usize,
+    /// The model about its step, or that of a linearised filter.
+    near: Near,
 }
 
 /// A step of the model as an engine is to take it.
@@ -90,8 +92,14 @@ pub type Told = [Option<Innovation>; BATCH];
 
 impl Engine {
     /// No filter, all zero bytes.
-    pub const NONE: Self =
-        Self { kind: Kind::Single, single: Single::Empty, bank: Bank::NONE, wide_bank: Bank::NONE, expert: 0 };
+    pub const NONE: Self = Self {
+        kind: Kind::Single,
+        single: Single::Empty,
+        bank: Bank::NONE,
+        wide_bank: Bank::NONE,
+        expert: 0,
+        near: Near::NONE,
+    };
 
     /// Starts the filter of a design in place.
     ///
@@ -160,11 +168,11 @@ impl Engine {
     pub fn predict(&mut self, step: &Step<'_>) -> Result<(), GivenUp> {
         let (parameters, expert) = (self.parameters(step), self.expert);
         match (self.kind, &mut self.single) {
-            (Kind::Bank, _) => predict_expert(&mut self.bank, expert, step, parameters)?,
-            (Kind::WideBank, _) => predict_expert(&mut self.wide_bank, expert, step, parameters)?,
+            (Kind::Bank, _) => predict_expert(&mut self.bank, expert, &mut self.near, step, parameters)?,
+            (Kind::WideBank, _) => predict_expert(&mut self.wide_bank, expert, &mut self.near, step, parameters)?,
             (Kind::Single, Single::Empty) => {}
-            (Kind::Single, Single::Plain(filter)) => predict(filter, step)?,
-            (Kind::Single, Single::Wide(filter)) => predict(filter, step)?,
+            (Kind::Single, Single::Plain(filter)) => predict(filter, &mut self.near, step)?,
+            (Kind::Single, Single::Wide(filter)) => predict(filter, &mut self.near, step)?,
             (Kind::Single, Single::Divided(filter)) => {
                 let noise = step.design.noise(step.step_s, step.force_mps2, step.persistence, step.parameters);
                 choose_order(filter, step)?;
@@ -192,9 +200,7 @@ impl Engine {
             return Ok(told);
         }
         for (sight, told) in sights.iter().zip(&mut told) {
-            let earlier = Earlier { vehicle: step.vehicle, age_s: sight.age_s, acceleration_mps2: *acceleration_mps2 };
-            let reading = reading_of(sight, &earlier);
-            let look = Look { step, earlier: &earlier, reading: &reading, parameters, gate_sigma };
+            let look = Look { near: &self.near, step, sight, parameters, gate_sigma };
             *told = match (self.kind, &mut self.single) {
                 (Kind::Bank, _) => correct_expert(&mut self.bank, expert, &look)?,
                 (Kind::WideBank, _) => correct_expert(&mut self.wide_bank, expert, &look)?,
@@ -346,18 +352,36 @@ fn spread_experts(
     Ok(bank.fuse().map(|_| ())?)
 }
 
-fn joint_of<'a, M>(
-    model: &'a M,
+/// The joint state of a design; the model comes in through [`Near`].
+fn joint_of(step: &Step<'_>, parameters: [f64; PARAMETERS]) -> Joint<'static, (), STATES, PARAMETERS, WIDE> {
+    Joint { model: &(), parameters, layout: step.design.layout(step.step_s, step.persistence) }
+}
+
+/// Density and lift as a joint state has them, or as the filter was told.
+fn parameters_of<const J: usize>(joint: &[f64; J], step: &Step<'_>, told: [f64; PARAMETERS]) -> [f64; PARAMETERS] {
+    if !step.design.carries_parameters() {
+        return told;
+    }
+    core::array::from_fn(|i| joint.get(STATES + i).copied().unwrap_or(0.0))
+}
+
+/// The step of a joint state.
+#[inline(never)]
+fn moved<const J: usize>(
+    near: &mut Near,
+    joint: &[f64; J],
     step: &Step<'_>,
-    parameters: [f64; PARAMETERS],
-) -> Joint<'a, M, STATES, PARAMETERS, WIDE> {
-    Joint { model, parameters, layout: step.design.layout(step.step_s, step.persistence) }
+    told: [f64; PARAMETERS],
+) -> Result<Transition<STATES, J>, EstimatorError> {
+    near.move_to(step.vehicle, &first(joint), &parameters_of(joint, step, told), step.step_s);
+    joint_of(step, told).step_of(joint, near.next(), near.rows())
 }
 
 #[inline(never)]
-fn predict<const J: usize>(filter: &mut Linear<J>, step: &Step<'_>) -> Result<(), EstimatorError> {
+fn predict<const J: usize>(filter: &mut Linear<J>, near: &mut Near, step: &Step<'_>) -> Result<(), EstimatorError> {
     let noise = step.design.noise(step.step_s, step.force_mps2, step.persistence, step.parameters);
-    filter.predict(&joint_of(step.vehicle, step, [0.0; PARAMETERS]), step.step_s, &noise)
+    let moved = moved(near, filter.state(), step, [0.0; PARAMETERS])?;
+    filter.advance(&moved, &noise)
 }
 
 /// An expert that fails retires, and the others go on.
@@ -365,15 +389,16 @@ fn predict<const J: usize>(filter: &mut Linear<J>, step: &Step<'_>) -> Result<()
 fn predict_expert<const J: usize>(
     bank: &mut Bank<J, EXPERTS>,
     expert: usize,
+    near: &mut Near,
     step: &Step<'_>,
     parameters: [f64; PARAMETERS],
 ) -> Result<(), BankError> {
     let noise = step.design.noise(step.step_s, step.force_mps2, step.persistence, step.parameters);
-    let mixed = bank.mix_expert(expert);
-    let outcome = match mixed {
-        Ok(()) => bank.predict_expert(expert, &joint_of(step.vehicle, step, parameters), step.step_s, &noise),
-        Err(_) => mixed,
-    };
+    let mut outcome = bank.mix_expert(expert);
+    if let (Ok(()), Some(there)) = (outcome, bank.expert(expert)) {
+        let moved = moved(near, there.state(), step, parameters);
+        outcome = bank.advance_expert(expert, moved, &noise);
+    }
     spared(outcome).map(|_| ())
 }
 
@@ -388,11 +413,23 @@ fn spared<T>(outcome: Result<T, BankError>) -> Result<Option<T>, BankError> {
 
 /// A reading, and all that it takes to take it in.
 struct Look<'a> {
+    near: &'a Near,
     step: &'a Step<'a>,
-    earlier: &'a Earlier<'a>,
-    reading: &'a Reading<Sensor<'a, Earlier<'a>>>,
+    sight: &'a Sight,
     parameters: [f64; PARAMETERS],
     gate_sigma: f64,
+}
+
+impl Look<'_> {
+    /// Innovation and derivatives at the state of the prediction, and the variance of the reading.
+    #[inline(never)]
+    fn at<const J: usize>(&self, anchor: &[f64; J]) -> Result<(Seen<J>, f64), EstimatorError> {
+        let Self { near, step, sight, parameters, .. } = self;
+        let line = near.see(&sight.quantity, sight.age_s, &first(anchor), &parameters_of(anchor, step, *parameters));
+        let joint = joint_of(step, *parameters);
+        let seen = joint.seen_of(anchor, line.value, &line.row, sight.quantity.bias_axis())?;
+        Ok((seen, sight.noise.variance(seen.expected)))
+    }
 }
 
 fn reading_of<'a>(sight: &Sight, earlier: &'a Earlier<'a>) -> Reading<Sensor<'a, Earlier<'a>>> {
@@ -402,7 +439,8 @@ fn reading_of<'a>(sight: &Sight, earlier: &'a Earlier<'a>) -> Reading<Sensor<'a,
 
 #[inline(never)]
 fn correct<const J: usize>(filter: &mut Linear<J>, look: &Look<'_>) -> Result<Innovation, EstimatorError> {
-    filter.correct(&joint_of(look.earlier, look.step, look.parameters), look.reading, look.gate_sigma)
+    let (seen, variance) = look.at(filter.anchor())?;
+    filter.absorb(look.sight.value - seen.expected, &seen.row, variance, look.gate_sigma)
 }
 
 #[inline(never)]
@@ -411,8 +449,15 @@ fn correct_expert<const J: usize>(
     expert: usize,
     look: &Look<'_>,
 ) -> Result<Option<Innovation>, BankError> {
-    let joint = joint_of(look.earlier, look.step, look.parameters);
-    spared(bank.correct_expert(expert, &joint, look.reading, look.gate_sigma))
+    let Some(there) = bank.expert(expert) else { return Ok(None) };
+    spared(match look.at(there.anchor()) {
+        Ok((seen, variance)) => {
+            let innovation = look.sight.value - seen.expected;
+            bank.absorb_expert(expert, innovation, &seen.row, variance, look.gate_sigma)
+        }
+        // As a reading that is no number: refused by all alike.
+        Err(error) => Err(BankError::Expert { expert: u8::try_from(expert).unwrap_or(u8::MAX), error }),
+    })
 }
 
 /// P2's adaptive filter: the order of this step by the rank-sampled degree of nonlinearity.

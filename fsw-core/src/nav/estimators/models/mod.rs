@@ -15,11 +15,13 @@
 //! [`Vehicle`] is what [`Sensor`] asks of a model; with it all sensors are written once for all kinds of state.
 
 mod cartesian;
+mod near;
 mod onboard;
 mod sensors;
 mod spherical;
 
 pub use cartesian::Cartesian;
+pub use near::{Line, Near};
 pub use onboard::{Earlier, Onboard};
 pub use sensors::{Noise, Quantity, Reading, Sensor};
 pub use spherical::{HEADING, LATITUDE, LONGITUDE, PATH_ANGLE, RADIUS, SPEED, Spherical};

@@ -85,6 +85,23 @@ impl<'a> Onboard<'a> {
         [log_density.exp(), lift_error + 1.0]
     }
 
+    /// Specific force (inertial axes, m/s²) and the air it comes from.
+    pub(super) fn force_and_air<S: Scalar>(&self, state: &[S; 6], parameters: &[S; 2]) -> ([S; AXES], Air<S>) {
+        self.acceleration(&self.weightless, state, &Self::ratios(parameters))
+    }
+
+    pub(super) const fn planet(&self) -> &Planet {
+        &self.model.planet
+    }
+
+    pub(super) const fn spin_radps(&self) -> f64 {
+        self.model.planet.rotation_radps
+    }
+
+    pub(super) const fn body_axes(&self) -> &[[f64; AXES]; AXES] {
+        &self.body_axes
+    }
+
     /// Inertial acceleration, m/s².
     #[must_use]
     pub fn total_acceleration(&self, state: &[f64; 6], parameters: &[f64; 2]) -> [f64; AXES] {

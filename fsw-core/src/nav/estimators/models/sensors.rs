@@ -50,6 +50,15 @@ impl Quantity {
     pub const DYNAMIC_PRESSURE: Self = Self::Pressure { static_square: 0.0, coefficient: 1.0 };
     /// Its logarithm.
     pub const LOG_DYNAMIC_PRESSURE: Self = Self::LogPressure { static_square: 0.0, coefficient: 1.0 };
+
+    /// The axis of the triad whose bias adds to it.
+    #[must_use]
+    pub const fn bias_axis(&self) -> Option<usize> {
+        match self {
+            Self::SpecificForce { axis } => Some(*axis),
+            _ => None,
+        }
+    }
 }
 
 /// White noise of a sensor: variance = `sigma`² + (`relative` · expected)².
@@ -66,6 +75,13 @@ impl Noise {
     #[must_use]
     pub const fn of(sigma: f64) -> Self {
         Self { sigma, relative: 0.0 }
+    }
+
+    /// Variance where `expected` should be read.
+    #[must_use]
+    pub const fn variance(&self, expected: f64) -> f64 {
+        let relative = self.relative * expected;
+        self.sigma * self.sigma + relative * relative
     }
 }
 
@@ -138,8 +154,7 @@ impl<M: Vehicle<N, P>, const N: usize, const P: usize> Measurement<N, P> for Sen
     }
 
     fn variance(&self, expected: f64) -> f64 {
-        let relative = self.noise.relative * expected;
-        self.noise.sigma * self.noise.sigma + relative * relative
+        self.noise.variance(expected)
     }
 
     fn innovation(&self, read: f64, expected: f64) -> f64 {
@@ -152,10 +167,7 @@ impl<M: Vehicle<N, P>, const N: usize, const P: usize> Measurement<N, P> for Sen
     }
 
     fn bias_axis(&self) -> Option<usize> {
-        match self.quantity {
-            Quantity::SpecificForce { axis } => Some(axis),
-            _ => None,
-        }
+        self.quantity.bias_axis()
     }
 }
 
