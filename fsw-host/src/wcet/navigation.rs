@@ -52,7 +52,7 @@ pub struct ModeCost {
     pub frame_budget: u32,
     /// The slot `navigation`: mean of a second.
     pub navigation_per_second: u32,
-    /// The worst slot `navigation` in each frame of the window of an epoch.
+    /// The worst slot `navigation` in each frame of the window of an epoch, the dearest frame first.
     pub worst_navigation: [u32; PHASES],
     /// Deepest stack use, bytes.
     pub stack_high_water_bytes: u32,
@@ -74,10 +74,16 @@ impl ModeCost {
         let navigation = |frame: &FrameCost| frame.slots[SlotId::Navigation as usize];
         let worst = frames().rev().max_by_key(|(_, frame)| frame.whole);
         let mut worst_navigation = [0; PHASES];
-        for (_, frame) in frames() {
-            // The first frame of a flight is number 1.
-            let phase = &mut worst_navigation[frame.frame.saturating_sub(1) as usize % PHASES];
-            *phase = navigation(frame).max(*phase);
+        for (name, cost) in flights {
+            let mut of_flight = [0; PHASES];
+            for frame in &cost.frames {
+                let phase = &mut of_flight[frame.frame as usize % PHASES];
+                *phase = navigation(frame).max(*phase);
+            }
+            eprintln!("{} {name} {of_flight:?}", mode.name());
+            // Windows begin with the frame in which the flight software was armed: another one in each flight.
+            of_flight.sort_unstable_by(|a, b| b.cmp(a));
+            worst_navigation.iter_mut().zip(of_flight).for_each(|(worst, of)| *worst = of.max(*worst));
         }
         let sum: u64 = frames().map(|(_, frame)| u64::from(navigation(frame))).sum();
         let per_second = sum * u64::from(FRAMES_PER_SECOND) / (frames().count().max(1) as u64);
@@ -203,7 +209,7 @@ fn text(report: &NavigationReport) -> String {
     let _ = writeln!(
         text,
         "{:<16} {:>11} {:>8} {:>12}   {:<38} {:>7}  worst frame in",
-        "filter", "worst frame", "budget", "navigation/s", "worst navigation, frame 1 … 5", "stack B"
+        "filter", "worst frame", "budget", "navigation/s", "worst navigation by frame of a window", "stack B"
     );
     for mode in &report.modes {
         let by_phase: Vec<_> = mode.worst_navigation.iter().map(|cost| format!("{cost:>7}")).collect();
@@ -242,7 +248,7 @@ mod tests {
             .for_each(|(c, index)| cost.enter(frame(index, *c)));
         let told = ModeCost::of(NavigationMode::Ekf, &[("a".to_owned(), cost)]);
         assert_eq!((told.worst_frame, told.flight.as_str(), told.time_s), (102_000, "a", 0.2));
-        assert_eq!(told.worst_navigation, [60, 20, 30, 40, 51_000]);
+        assert_eq!(told.worst_navigation, [51_000, 60, 40, 30, 20]);
         assert_eq!(told.navigation_per_second, 51_300 * 5);
         assert!(told.is_over());
         let wide = ModeCost { frame_budget: FRAME_BUDGET + navigation_allowance(NavigationMode::Imm), ..told };

@@ -12,6 +12,9 @@ const RELATIVE_PIVOT: f64 = 1e-12;
 /// It is then raised to this many times the limit, so that rounding does not bring it back below.
 const RAISE: f64 = 10.0;
 
+/// Columns that the first frame of a prediction takes: with the rest, the rows and the checks, the second costs as much.
+const EARLY_COLUMNS: usize = 20;
+
 /// Elements that one check eliminates at most: as many as the first pivot takes.
 const ELEMENTS_PER_CHECK: usize = elements(0);
 /// Checks until all pivots have had their turn, the one that takes the copy among them.
@@ -103,10 +106,16 @@ impl Covariance {
         self.rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
     }
 
-    /// First half of the prediction: Φ on the columns, in ascending order. Below the diagonal a column is the row of the same
-    /// number, which there still is that of the start, because those columns come later.
+    /// First half of the prediction: Φ on most of the columns.
     pub fn begin_prediction(&mut self, transition: &Transition) {
-        for j in 0..ALL {
+        self.predict_columns(0, EARLY_COLUMNS, transition);
+    }
+
+    /// Φ on columns, which have to come in ascending order. Below the diagonal a column is the row of the same number, which
+    /// there still is that of the start, because those columns come later.
+    #[inline(never)]
+    fn predict_columns(&mut self, first: usize, end: usize, transition: &Transition) {
+        for j in first..end {
             let mut column: Full = self.rows[j];
             for i in 0..j {
                 column[i] = self.rows[i][j];
@@ -118,8 +127,9 @@ impl Covariance {
         }
     }
 
-    /// Second half: Φ on the rows that it changes, and the process noise.
+    /// Second half: Φ on the other columns and on the rows that it changes, and the process noise.
     pub fn end_prediction(&mut self, transition: &Transition, noise: &ProcessNoise) {
+        self.predict_columns(EARLY_COLUMNS, ALL, transition);
         for i in 0..MOVING {
             let predicted = transition.apply(&self.rows[i]);
             self.rows[i][..MOVING].copy_from_slice(&predicted);

@@ -42,10 +42,6 @@ use crate::probe::{Kernel, Probe};
 pub const FRAMES_PER_EPOCH: u8 = 5;
 /// Frames of a window with scalar updates, the last ones; they share evenly what is queued.
 const UPDATING_FRAMES: usize = 3;
-/// The first of them.
-const FIRST_UPDATING_FRAME: u8 = 2;
-/// The one of them in which the covariance is searched for a loss of definiteness: it has least to do.
-const SWEEPING_FRAME: u8 = 3;
 
 /// What the filter has learned besides position, velocity and attitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -309,20 +305,11 @@ impl Filter {
             1 => {
                 self.covariance.end_prediction(transition, noise);
                 probe.kernel_done(Kernel::FilterPredict, 1);
-                let mended = self.covariance.check();
-                self.count_restored(mended);
+                let (mended, raised) = (self.covariance.check(), self.covariance.sweep());
+                self.restored = self.restored.saturating_add((mended | raised).into());
             }
-            SWEEPING_FRAME => {
-                let mended = self.covariance.sweep();
-                self.count_restored(mended);
-                self.update_some(usize::from(SWEEPING_FRAME - FIRST_UPDATING_FRAME), rule, probe);
-            }
-            frame => self.update_some(usize::from(frame.saturating_sub(FIRST_UPDATING_FRAME)), rule, probe),
+            frame => self.update_some(usize::from(frame.saturating_sub(2)), rule, probe),
         }
-    }
-
-    fn count_restored(&mut self, mended: bool) {
-        self.restored = self.restored.saturating_add(mended.into());
     }
 
     /// The scalar updates of one of the [`UPDATING_FRAMES`].
