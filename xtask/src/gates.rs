@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
 use crate::image::{self, TARGETS};
-use crate::{budgets, debian, flights, on_target, symbols};
+use crate::{budgets, debian, flights, navigation as cost_of_navigation, on_target, symbols};
 
 /// Programs beyond the Rust toolchain that the gates start, and the Debian packages that hold them.
 const PROGRAMS: [(&str, &str); 3] =
@@ -14,7 +14,7 @@ const PROGRAMS: [(&str, &str); 3] =
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 17] = [
+const GATES: [Gate; 18] = [
     ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
@@ -26,6 +26,7 @@ const GATES: [Gate; 17] = [
     ("log formatting feature builds", log_feature),
     ("images build for both processors", on_target::build_images),
     ("budgets, and images without panic, heap, software floating point, recursion or indirect call", budgets),
+    ("cost of every navigation mode", navigation),
     ("default flight from the command line", flights::default_flight),
     ("flights against a simulator in a process of its own", flights::separate_processes),
     ("every mode, the same bits", on_target::modes),
@@ -83,11 +84,29 @@ fn bare_metal(shell: &Shell) -> Result<()> {
 }
 
 fn programs(shell: &Shell) -> Result<()> {
+    toolchain(shell)?;
     PROGRAMS.iter().try_for_each(|(program, package)| debian::ensure(shell, program, package))
+}
+
+/// A toolchain that was there before this checkout does not fetch by itself what `rust-toolchain.toml` asks for.
+fn toolchain(shell: &Shell) -> Result<()> {
+    let Ok(installed) = cmd!(shell, "rustup target list --installed").quiet().ignore_stderr().read() else {
+        return Ok(()); // not one of rustup's: what is missing, the builds will say
+    };
+    if TARGETS.iter().all(|target| installed.lines().any(|line| line == target.triple)) {
+        return Ok(());
+    }
+    let targets = TARGETS.map(|target| target.triple);
+    cmd!(shell, "rustup --quiet target add {targets...}").quiet().run()?;
+    Ok(cmd!(shell, "rustup --quiet component add llvm-tools").quiet().run()?)
 }
 
 fn budgets(shell: &Shell) -> Result<()> {
     budgets::run(shell, None, false)
+}
+
+fn navigation(shell: &Shell) -> Result<()> {
+    cost_of_navigation::run(shell, false, false)
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {

@@ -5,6 +5,7 @@ mod debian;
 mod flights;
 mod gates;
 mod image;
+mod navigation;
 mod on_target;
 mod symbols;
 
@@ -46,6 +47,15 @@ enum Command {
         #[arg(long)]
         bless: bool,
     },
+    /// Measure what every navigation mode costs and hold it against `firmware/navigation-cost.toml`.
+    Navigation {
+        /// Whole flights.
+        #[arg(long)]
+        long: bool,
+        /// Record what was measured instead of comparing with it.
+        #[arg(long)]
+        bless: bool,
+    },
     /// Show what an image holds, what it must not, and its deepest stack.
     Inspect {
         /// The linked image.
@@ -66,6 +76,7 @@ fn main() -> Result<()> {
         Command::Test { only } => gates::run(&shell, only.as_deref()),
         Command::Fuzz { frames, seed } => gates::fuzz(&shell, frames, seed),
         Command::Budgets { only, bless } => budgets::run(&shell, only, bless),
+        Command::Navigation { long, bless } => navigation::run(&shell, long, bless),
         Command::Inspect { image, notes } => image::report::show(&shell, &image, notes.as_deref()),
         Command::Bless => gates::bless(&shell),
     }

@@ -2,6 +2,7 @@
 //! beside the physical limit.
 
 mod cases;
+mod cost;
 mod entry;
 mod kept;
 mod navigate;
@@ -20,6 +21,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 pub use cases::CaseName;
+pub use cost::OnTarget;
 pub use navigate::{Track, navigate};
 pub use table::{Limit, Placed, Ranking};
 

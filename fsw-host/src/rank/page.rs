@@ -40,6 +40,7 @@ fn section(args: &RankArgs, ranking: &Ranking) -> Result<Markup, PlotError> {
             h2 { "Case " (ranking.case) }
             div.wide { (figure) }
             (table(ranking))
+            p { "M7: thousands of instructions (not cycles) on the reference computer, over whole hard flights: navigation in a second on average, and the worst minor frame with guidance and link in it." }
         }
     })
 }
@@ -56,6 +57,7 @@ fn table(ranking: &Ranking) -> Markup {
                     th { "at deployment, m" } th { "m/s" } th { "over bound" } th { "m/s" }
                     th { "over flight, m" } th { "m/s" }
                     th { "NEES" } th { "in 95 %" } th { "given up" } th { "miss, 50 %, m" } th { "90 %" } th { "opened" }
+                    th { "M7, k/s" } th { "k/frame" }
                 }
             }
             tbody {
@@ -63,7 +65,7 @@ fn table(ranking: &Ranking) -> Markup {
                     th.text { "Cramér–Rao bound" }
                     td { (number(bound.deploy[0], 1)) } td { (number(bound.deploy[1], 3)) } td { "1" } td { "1" }
                     td { (number(bound.flight[0], 1)) } td { (number(bound.flight[1], 3)) }
-                    @for _ in 0..6 { td {} }
+                    @for _ in 0..8 { td {} }
                 }
                 @for p in &ranking.filters {
                     tr {
@@ -75,6 +77,8 @@ fn table(ranking: &Ranking) -> Markup {
                         td { (p.given_up) }
                         td { (of(p.miss_m.map(|m| m[0]), 0)) } td { (of(p.miss_m.map(|m| m[1]), 0)) }
                         td { @if let Some(opened) = p.opened { (opened) " of " (p.flights) } @else { "–" } }
+                        td { (of(p.on_target.map(|cost| f64::from(cost.navigation_per_second) * 1e-3), 0)) }
+                        td { (of(p.on_target.map(|cost| f64::from(cost.worst_frame) * 1e-3), 1)) }
                     }
                 }
             }

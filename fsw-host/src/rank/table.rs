@@ -6,6 +6,7 @@ use fsw_core::link::parameters::NavigationMode;
 use serde::Serialize;
 
 use super::RankArgs;
+use super::cost::{OnTarget, on_target};
 use super::entry::{Closed, Curve, EPOCH_S, Entry, Judged, THINNING};
 use crate::campaign::statistics::quantile;
 use crate::campaign::summary::ascending;
@@ -63,6 +64,8 @@ pub struct Placed {
     pub success: Option<usize>,
     /// Entries.
     pub flights: usize,
+    /// What it costs on the reference computer.
+    pub on_target: Option<OnTarget>,
 }
 
 /// A case.
@@ -163,6 +166,7 @@ fn place(mode: NavigationMode, bound: &Limit, judged: &[&Judged]) -> Placed {
         opened: count(|flown| flown.opened),
         success: count(|flown| flown.success),
         flights: judged.len(),
+        on_target: on_target(mode),
     }
 }
 
@@ -177,7 +181,7 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
         );
         let _ = writeln!(
             out,
-            "  {:<16} {:>9} {:>8} {:>7} {:>7} {:>9} {:>8} {:>8} {:>7} {:>8} {:>8} {:>8} {:>7}",
+            "  {:<16} {:>9} {:>8} {:>7} {:>7} {:>9} {:>8} {:>8} {:>7} {:>8} {:>8} {:>8} {:>9} {:>8} {:>8}",
             "filter",
             "deploy m",
             "m/s",
@@ -190,7 +194,9 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
             "given up",
             "miss p50",
             "p90 m",
-            "opened"
+            "opened",
+            "M7 k/s",
+            "k/frame"
         );
         let [r, v] = ranking.bound.deploy;
         let [fr, fv] = ranking.bound.flight;
@@ -204,7 +210,7 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
                 |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |v| format!("{v:.digits$}"));
             let _ = writeln!(
                 out,
-                "  {:<16} {:>9.1} {:>8.3} {:>7.2} {:>7.2} {:>9.1} {:>8.3} {:>8} {:>7} {:>8} {:>8} {:>8} {:>7}",
+                "  {:<16} {:>9.1} {:>8.3} {:>7.2} {:>7.2} {:>9.1} {:>8.3} {:>8} {:>7} {:>8} {:>8} {:>8} {:>9} {:>8} {:>8}",
                 p.filter,
                 p.deploy[0],
                 p.deploy[1],
@@ -218,8 +224,13 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
                 number(p.miss_m.map(|m| m[0]), 0),
                 number(p.miss_m.map(|m| m[1]), 0),
                 p.opened.map_or("–".to_owned(), |n| format!("{n}/{}", p.flights)),
+                number(p.on_target.map(|cost| f64::from(cost.navigation_per_second) * 1e-3), 0),
+                number(p.on_target.map(|cost| f64::from(cost.worst_frame) * 1e-3), 1),
             );
         }
     }
+    out.push_str(
+        "\n  M7: thousands of instructions, not cycles: navigation over a second, and the worst minor frame with all in it\n",
+    );
     out
 }

@@ -54,8 +54,6 @@ pub struct ModeCost {
     pub navigation_per_second: u32,
     /// The worst slot `navigation` in each frame of the window of an epoch, the dearest frame first.
     pub worst_navigation: [u32; PHASES],
-    /// Deepest stack use, bytes.
-    pub stack_high_water_bytes: u32,
     /// The flight with the worst frame.
     pub flight: String,
     /// When it was, s.
@@ -74,13 +72,12 @@ impl ModeCost {
         let navigation = |frame: &FrameCost| frame.slots[SlotId::Navigation as usize];
         let worst = frames().rev().max_by_key(|(_, frame)| frame.whole);
         let mut worst_navigation = [0; PHASES];
-        for (name, cost) in flights {
+        for (_, cost) in flights {
             let mut of_flight = [0; PHASES];
             for frame in &cost.frames {
                 let phase = &mut of_flight[frame.frame as usize % PHASES];
                 *phase = navigation(frame).max(*phase);
             }
-            eprintln!("{} {name} {of_flight:?}", mode.name());
             // Windows begin with the frame in which the flight software was armed: another one in each flight.
             of_flight.sort_unstable_by(|a, b| b.cmp(a));
             worst_navigation.iter_mut().zip(of_flight).for_each(|(worst, of)| *worst = of.max(*worst));
@@ -93,7 +90,6 @@ impl ModeCost {
             frame_budget: FRAME_BUDGET + navigation_allowance(mode),
             navigation_per_second: u32::try_from(per_second).unwrap_or(u32::MAX),
             worst_navigation,
-            stack_high_water_bytes: flights.iter().map(|(_, cost)| cost.stack_high_water_bytes).max().unwrap_or(0),
             flight: worst.map_or_else(String::new, |(name, _)| name.clone()),
             time_s: worst.map_or(0.0, |(_, frame)| frame.time_s()),
         }
@@ -208,20 +204,19 @@ fn text(report: &NavigationReport) -> String {
     // Writing into a string cannot fail.
     let _ = writeln!(
         text,
-        "{:<16} {:>11} {:>8} {:>12}   {:<38} {:>7}  worst frame in",
-        "filter", "worst frame", "budget", "navigation/s", "worst navigation by frame of a window", "stack B"
+        "{:<16} {:>11} {:>8} {:>12}   {:<38}  worst frame in",
+        "filter", "worst frame", "budget", "navigation/s", "worst navigation by frame of a window"
     );
     for mode in &report.modes {
         let by_phase: Vec<_> = mode.worst_navigation.iter().map(|cost| format!("{cost:>7}")).collect();
         let _ = writeln!(
             text,
-            "{:<16} {:>11} {:>8} {:>12}   {:<38} {:>7}  {}, {:.2} s",
+            "{:<16} {:>11} {:>8} {:>12}   {:<38}  {}, {:.2} s",
             mode.filter,
             mode.worst_frame,
             mode.frame_budget,
             mode.navigation_per_second,
             by_phase.join(" "),
-            mode.stack_high_water_bytes,
             mode.flight,
             mode.time_s
         );

@@ -150,16 +150,15 @@ impl<const J: usize> Linear<J> {
     /// ([`UNKNOWN`]).
     #[inline(never)]
     pub fn transport<const N: usize>(&mut self, step: &Transition<N, J>) -> Result<(), EstimatorError> {
-        for column in 0..J {
-            let before: [f64; J] = core::array::from_fn(|i| self.element(i, column));
-            for (i, (&old, &persistence)) in before.iter().zip(&step.persistence).enumerate() {
-                let after = match step.rows.get(i) {
-                    Some(row) => row.iter().zip(&before).map(|(phi, l)| phi * l).sum(),
-                    None => persistence * old,
+        for (first, column) in self.factor.as_mut_slice().chunks_exact_mut(J).enumerate() {
+            let before: [f64; J] = core::array::from_fn(|i| column.get(i).copied().unwrap_or(0.0));
+            // The factor is lower triangular: above the diagonal there is nothing to carry.
+            let below = before.get(first..).unwrap_or_default();
+            for (i, element) in column.iter_mut().enumerate() {
+                *element = match step.rows.get(i) {
+                    Some(row) => row.iter().skip(first).zip(below).map(|(phi, l)| phi * l).sum(),
+                    None => step.persistence.get(i).copied().unwrap_or(1.0) * *element,
                 };
-                if let Some(element) = self.factor.get_mut((i, column)) {
-                    *element = after;
-                }
             }
         }
         tria(&mut self.factor);
@@ -210,12 +209,13 @@ impl<const J: usize> Linear<J> {
     /// # Errors
     /// A number that is not finite.
     pub fn add_independent_noise(&mut self, sigmas: &[f64; J]) -> Result<(), EstimatorError> {
+        finite(Part::ProcessNoise, sigmas)?;
         for (i, &sigma) in sigmas.iter().enumerate().filter(|(_, sigma)| **sigma != 0.0) {
             let mut column = [0.0; J];
             column.iter_mut().skip(i).take(1).for_each(|c| *c = sigma);
-            self.add_noise(&column)?;
+            add_column(&mut self.factor, &column);
         }
-        Ok(())
+        self.check_factor()
     }
 
     /// One step of the model, then noise of these standard deviations.

@@ -88,6 +88,10 @@ impl core::error::Error for EstimatorError {}
 
 /// Ok when every number is finite; else the component that is not.
 pub(crate) fn finite(part: Part, values: &[f64]) -> Result<(), EstimatorError> {
+    // A sum is finite only where all its terms are; which is not, and whether it is only the sum, is asked after that.
+    if values.iter().sum::<f64>().is_finite() {
+        return Ok(());
+    }
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
         Some(at) => Err(EstimatorError::NotFinite { part, component: u8::try_from(at).unwrap_or(u8::MAX) }),

@@ -99,7 +99,8 @@ impl Near {
         }
         for (line, axis) in self.force.iter_mut().zip(vehicle.body_axes()) {
             let along = |of: &dyn Fn(&Line) -> f64| (0..AXES).map(|k| axis[k] * of(&felt[k])).sum();
-            *line = Line { value: along(&|felt| felt.value), row: core::array::from_fn(|j| along(&|felt| felt.row[j])) };
+            *line =
+                Line { value: along(&|felt| felt.value), row: core::array::from_fn(|j| along(&|felt| felt.row[j])) };
         }
         self.add_gravity(vehicle, &felt)
     }
