@@ -25,6 +25,19 @@ const JERK_MPS3: f64 = 10.0;
 const ANGULAR_ACCELERATION_RADPS2: f64 = 0.02;
 /// The error of force and rate grows for so long, s, and then stays: both follow the model and the command.
 const GROWTH_S: f64 = 1.0;
+/// Largest error of the force that follows the model, as a share of it: the air may have changed by a tenth, and the lift, a
+/// quarter of the drag, may be half a radian off …
+const FORCE_SHARE: f64 = 0.15;
+/// … and what there is besides, m/s².
+const FORCE_FLOOR_MPS2: f64 = 0.3;
+/// From [`GROWTH_S`] on the air is taken to bring the vehicle to its trim within about so long, s: without gyros nothing else is
+/// known of pitch and yaw.
+const TRIM_S: f64 = 1.0;
+/// What remains unknown of the attitude then, rad: the bank above all.
+const ATTITUDE_DOUBT_RAD: f64 = 0.1;
+/// How long such an error of the force keeps its sign, s: what it has made of the velocity by then is all that the next frame's is of a
+/// piece with.
+const COHERENT_S: f64 = 20.0;
 /// Specific force below which a measured one says nothing of the air, m/s²: far above bias and noise.
 const MIN_FORCE_MPS2: f64 = 0.5;
 /// What a saturated accelerometer may have missed, m/s² (5 g beyond its limit).
@@ -37,6 +50,8 @@ const GYRO_EXCESS_RADPS: f64 = 1.05;
 pub(super) struct Bridge {
     run: u16,
     total: u32,
+    /// What the run may have done to the velocity so far, m/s.
+    doubt_mps: f64,
     /// Measured frames since the last gap.
     measured_run: u16,
     lost: bool,
@@ -86,6 +101,7 @@ impl Bridge {
     pub const NEW: Self = Self {
         run: 0,
         total: 0,
+        doubt_mps: 0.0,
         measured_run: 0,
         lost: false,
         reference: Reference { delta_v_b: Vec3::zero(), expected_mps2: 0.0 },
@@ -112,24 +128,36 @@ impl Bridge {
         let expected = expected_force_b(around);
         if self.run == 0 {
             self.reference = Reference { delta_v_b: last.delta_v_b, expected_mps2: expected.norm() };
+            self.doubt_mps = 0.0;
         }
         let before_s = f64::from(self.run) * dt;
         self.measured_run = 0;
         self.run = self.run.saturating_add(1);
         self.total = self.total.saturating_add(1);
         self.lost = self.lost || self.run > MAX_BRIDGED_FRAMES;
+        let force_b = self.force_b(&expected, dt);
         let increments = Increments {
-            delta_v_b: self.force_b(&expected, dt) * dt,
-            delta_theta_b: last.delta_theta_b + velocity_axis(around.model) * (around.bank_accel_radps2 * dt * dt),
+            delta_v_b: force_b * dt,
+            delta_theta_b: turn_b(&last, before_s, around)
+                + velocity_axis(around.model) * (around.bank_accel_radps2 * dt * dt),
         };
         // The error grows coherently over the run: each frame adds the difference of the squares.
-        let (before, after) = (growth(before_s), growth(f64::from(self.run) * dt));
-        let share = after * after - before * before;
+        let doubt_rad = |t_s: f64| min(ANGULAR_ACCELERATION_RADPS2 * growth(t_s), ATTITUDE_DOUBT_RAD);
+        let (before, after) = (doubt_rad(before_s), doubt_rad(f64::from(self.run) * dt));
         let noise = BridgeNoise {
-            velocity: JERK_MPS3 * JERK_MPS3 * share,
-            attitude: ANGULAR_ACCELERATION_RADPS2 * ANGULAR_ACCELERATION_RADPS2 * share,
+            velocity: self.doubt_velocity(&force_b, before_s, dt),
+            attitude: after * after - before * before,
         };
         (increments, noise)
+    }
+
+    /// Variance that a frame of a run adds to the velocity, whose errors are of a piece with those of the frames before.
+    fn doubt_velocity(&mut self, force_b: &Vec3<Body>, before_s: f64, dt_s: f64) -> f64 {
+        let grown = JERK_MPS3 * min(before_s + 0.5 * dt_s, GROWTH_S);
+        let error_mps2 = min(grown, FORCE_SHARE * force_b.norm() + FORCE_FLOOR_MPS2);
+        let before = min(self.doubt_mps, error_mps2 * COHERENT_S);
+        self.doubt_mps = before + error_mps2 * dt_s;
+        self.doubt_mps * self.doubt_mps - before * before
     }
 
     /// The measured force carried along by the model, or the model's own; never more than an accelerometer could measure.
@@ -190,12 +218,28 @@ fn velocity_axis(model: &OnboardModel) -> Vec3<Body> {
     Vec3::new(cosine, 0.0, sine)
 }
 
+/// The turn of a frame without gyros: that of the frame before, and after a while its roll, with pitch and yaw following the
+/// velocity.
+fn turn_b(last: &Increments, before_s: f64, around: &Surroundings<'_>) -> Vec3<Body> {
+    if before_s < GROWTH_S {
+        return last.delta_theta_b;
+    }
+    let axis = velocity_axis(around.model);
+    let forward = around.nominal.attitude_bi.inverse().apply(&air_relative(around)).unit().unwrap_or(axis);
+    axis * last.delta_theta_b.dot(&axis) + axis.cross(&forward) * (around.dt_s / TRIM_S)
+}
+
+/// Velocity relative to the air.
+fn air_relative(around: &Surroundings<'_>) -> Vec3<Inertial> {
+    let spin = Vec3::<Inertial>::new(0.0, 0.0, around.model.planet.rotation_radps);
+    around.nominal.v_i - spin.cross(&around.nominal.r_i)
+}
+
 /// Specific force that the onboard model expects at trim in the air that navigation found, body axes, m/s².
 fn expected_force_b(around: &Surroundings<'_>) -> Vec3<Body> {
     let (nominal, model) = (around.nominal, around.model);
     let altitude_m = nominal.r_i.norm() - model.planet.radius_m;
-    let spin = Vec3::<Inertial>::new(0.0, 0.0, model.planet.rotation_radps);
-    let speed_mps = (nominal.v_i - spin.cross(&nominal.r_i)).norm();
+    let speed_mps = air_relative(around).norm();
     let density = model.atmosphere.density(altitude_m) * exp(clamp(around.log_density, -1.0, 1.0));
     let (drag, lift) = model.drag_and_lift_coefficients(altitude_m, speed_mps);
     let scale = dynamic_pressure_pa(density, speed_mps) * model.vehicle.reference_area_m2 / model.vehicle.mass_kg;
@@ -208,6 +252,7 @@ fn expected_force_b(around: &Surroundings<'_>) -> Vec3<Body> {
 mod tests {
     use super::*;
     use crate::config::Config;
+    use crate::frames::Rot;
     use crate::math::fun::sqrt;
 
     fn model() -> OnboardModel {
@@ -297,6 +342,11 @@ mod tests {
         assert!(!bridge.lost());
     }
 
+    /// Ten times as much as [`some`]: a third of it is more than any jerk makes in a second.
+    fn much() -> Increments {
+        Increments { delta_v_b: some().delta_v_b * 10.0, ..some() }
+    }
+
     #[test]
     fn the_variance_of_a_run_is_that_of_its_whole_length() {
         let (model, nominal) = (model(), nominal(20e3));
@@ -304,9 +354,49 @@ mod tests {
         // ½·J·t² at first, J·(t − ½) after a second.
         for (frames, error) in [(10, 0.5 * JERK_MPS3 * 0.2 * 0.2), (150, JERK_MPS3 * 2.5)] {
             let mut bridge = Bridge::default();
-            let sum: f64 = (0..frames).map(|_| bridge.choose(None, Some(some()), &around).1.velocity).sum();
+            let sum: f64 = (0..frames).map(|_| bridge.choose(None, Some(much()), &around).1.velocity).sum();
             assert!((sum / (error * error) - 1.0).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_small_force_is_doubted_little_and_a_long_run_no_longer_coherently() {
+        let (model, nominal) = (model(), nominal(20e3));
+        let around = around(&model, &nominal);
+        let error_mps2 = FORCE_SHARE * some().delta_v_b.norm() / 0.02 + FORCE_FLOOR_MPS2;
+        let mut bridge = Bridge::default();
+        let noises: std::vec::Vec<f64> =
+            (0..5_000).map(|_| bridge.choose(None, Some(some()), &around).1.velocity).collect();
+        let first: f64 = noises.iter().take(500).sum();
+        assert!(sqrt(first) < error_mps2 * 10.0 && sqrt(first) > error_mps2 * 9.0);
+        let last = noises.last().copied().unwrap();
+        assert!((last / (2.0 * COHERENT_S * error_mps2 * error_mps2 * 0.02) - 1.0).abs() < 1e-2, "{last}");
+    }
+
+    #[test]
+    fn without_gyros_the_vehicle_comes_to_its_trim_and_no_more_is_doubted_than_its_bank() {
+        let (model, mut state) = (model(), nominal(20e3));
+        let axis = velocity_axis(&model);
+        let off_trim = |state: &Nominal| {
+            let forward = state.attitude_bi.inverse().apply(&air_relative(&around(&model, state))).unit().unwrap();
+            axis.cross(&forward).norm()
+        };
+        let (mut bridge, mut last, mut doubt) = (Bridge::default(), Increments::default(), 0.0);
+        state.attitude_bi = Rot::from_columns(
+            &Vec3::<Inertial>::new(-0.1, 0.994_987_437_106_62, 0.0),
+            &Vec3::new(-0.994_987_437_106_62, -0.1, 0.0),
+            &Vec3::new(0.0, 0.0, 1.0),
+        )
+        .unwrap();
+        assert!(off_trim(&state) > 0.05);
+        for _ in 0..500 {
+            let (used, noise) = bridge.choose(None, Some(last), &around(&model, &state));
+            let turn = Rot::<Body, Body>::from_rotation_vector(used.delta_theta_b.components());
+            state.attitude_bi = turn.then(&state.attitude_bi);
+            (last, doubt) = (used, doubt + noise.attitude);
+        }
+        assert!(off_trim(&state) < 1e-3, "{}", off_trim(&state));
+        assert!(sqrt(doubt) < 1.001 * ATTITUDE_DOUBT_RAD);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! With J the Jacobian of the rates there, the step's is I + hJ + (hJ)²/2, wrong by (hJ)³/6: some 1e-9 in a tenth of a
 //! second. Differentiating all four stages of the Runge–Kutta step instead would cost four times as much.
 #![allow(clippy::indexing_slicing, reason = "indices are below the const dimensions of the arrays they index")]
+#![allow(clippy::needless_range_loop, reason = "row and column indices are used together")]
 
 use super::onboard::Onboard;
 use super::{AXES, Process, Quantity};
