@@ -13,17 +13,29 @@
 //! Studies: [`sekf`] P1's self-calibrating Kalman filter, [`ddf`] P2's divided-difference filters, [`mmae`] P3's multiple
 //! models.
 //!
-//! Noise is [`hil_sim::noise::Stream`]: one stream for each (seed, run, purpose).
+//! Noise is [`hil_noise::Stream`]: one stream for each (seed, run, purpose).
+//!
+//! Without the feature `std` only settings, draws and filters are there: the very code, for a flight processor.
+#![cfg_attr(not(feature = "std"), no_std)]
 
+extern crate alloc;
+
+#[cfg(feature = "std")]
 pub mod bound;
 pub mod consistency;
+#[cfg(feature = "std")]
 pub mod cost;
 pub mod ddf;
+#[cfg(feature = "std")]
 pub mod inertial;
+#[cfg(feature = "std")]
 pub mod limit;
 pub mod mmae;
+#[cfg(feature = "std")]
 pub mod runs;
 pub mod sekf;
+#[cfg(feature = "std")]
 pub mod settings;
+#[cfg(feature = "std")]
 pub mod tally;
 pub mod track;
