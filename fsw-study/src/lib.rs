@@ -9,6 +9,7 @@
 //! * [`cost`] host time of a step. * [`bound`] posterior Cramér–Rao bound of any model and sensors.
 //! * [`limit`] the bound over time, averaged over flights.
 //! * [`inertial`] that of inertial navigation with every error of its sensors.
+//! * [`counted`] every filter as its study flies it, for who counts instructions. * [`m7`] what was counted on a Cortex-M7.
 //!
 //! Studies: [`sekf`] P1's self-calibrating Kalman filter, [`ddf`] P2's divided-difference filters, [`mmae`] P3's multiple
 //! models.
@@ -25,11 +26,14 @@ pub mod bound;
 pub mod consistency;
 #[cfg(feature = "std")]
 pub mod cost;
+pub mod counted;
 pub mod ddf;
 #[cfg(feature = "std")]
 pub mod inertial;
 #[cfg(feature = "std")]
 pub mod limit;
+#[cfg(feature = "std")]
+pub mod m7;
 pub mod mmae;
 #[cfg(feature = "std")]
 pub mod runs;

@@ -44,6 +44,16 @@ impl Config {
         self.check_filters()
     }
 
+    /// Whether its filters do the very work that [`crate::m7`] has the cost of: all but which are flown and what is searched is
+    /// as it is when nothing is set.
+    #[must_use]
+    pub fn has_recorded_cost(&self) -> bool {
+        let mut plain = Self::default();
+        plain.filters.fly.clone_from(&self.filters.fly);
+        plain.tuning.clone_from(&self.tuning);
+        *self == plain
+    }
+
     fn check_sensors(&self) -> Result<(), String> {
         let s = &self.sensors;
         within("sensors.accelerometer_mps2", s.accelerometer_mps2, 1e-9, 1e3)?;
