@@ -12,7 +12,7 @@ use super::roster::{alone, shared_rules};
 use super::run::{Note, Outcome, Sight, Watch};
 use super::truth::{Draw, Truth, fly};
 use crate::bound::MeanBound;
-use crate::runs;
+use crate::{counted, m7, runs};
 
 /// What is flown.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +106,10 @@ pub struct FilterResult {
     pub step_ns: Option<f64>,
     /// The same over that of one EKF.
     pub ekfs: Option<f64>,
+    /// Instructions of a step on the Cortex-M7, where they were counted for this configuration.
+    pub m7_instructions: Option<f64>,
+    /// The same over those of one EKF.
+    pub m7_ekfs: Option<f64>,
     /// Mean over entries.
     pub history: Vec<Moment>,
     /// The only entry of a case that has no other.
@@ -275,6 +279,19 @@ impl Case {
         }
         for (filter, least) in timed {
             (filter.step_ns, filter.ekfs) = (Some(least), Some(least / ekf));
+        }
+        if config.has_recorded_cost() {
+            self.look_up(result);
+        }
+    }
+
+    /// Writes down what was counted on the Cortex-M7, for this case with the settings as they are when nothing is set.
+    fn look_up(&self, result: &mut CaseResult) {
+        let count = |label: &str| m7::instructions(counted::mmae_name(self.scenario.number()), label);
+        let ekf = count(FilterName::Ekf.name());
+        for filter in &mut result.filters {
+            filter.m7_instructions = count(&filter.label);
+            filter.m7_ekfs = filter.m7_instructions.zip(ekf).map(|(own, ekf)| own / ekf);
         }
     }
 }
