@@ -36,6 +36,25 @@ mod tests {
     }
 
     #[test]
+    fn only_a_study_whose_filters_do_the_same_work_has_the_recorded_cost() {
+        let mut ddf = crate::ddf::Config::default();
+        ddf.filters.fly.truncate(3);
+        assert!(ddf.has_recorded_cost());
+        ddf.filters.free_thresholds = vec![0.5];
+        assert!(!ddf.has_recorded_cost());
+        let mut sekf = crate::sekf::config::Config::default();
+        sekf.tuning.runs += 1;
+        assert!(sekf.has_recorded_cost());
+        sekf.sensors.beacons_km.truncate(1);
+        assert!(!sekf.has_recorded_cost());
+        let mut mmae = crate::mmae::config::Config::default();
+        mmae.filters.truncate(2);
+        assert!(mmae.has_recorded_cost());
+        mmae.bank.densities.truncate(3);
+        assert!(!mmae.has_recorded_cost());
+    }
+
+    #[test]
     fn a_filter_that_nobody_counted_has_no_figure() {
         assert!(instructions("ddf", "RDDF1").is_some_and(|count| count > 1e4));
         assert_eq!((instructions("ddf", "RDDF3"), instructions("npc", "RDDF1")), (None, None));
