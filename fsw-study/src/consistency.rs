@@ -1,5 +1,6 @@
 //! Whether a covariance is one, and whether it tells the truth about the errors.
 
+use fsw_core::math::fun;
 use fsw_core::math::sqrt_tools::{cholesky, solve_lower};
 use nalgebra::{SMatrix, SVector};
 
@@ -41,7 +42,7 @@ pub fn is_indefinite<const J: usize>(covariance: &SMatrix<f64, J, J>) -> bool {
         return true;
     }
     // A component that is known exactly has no correlations; one that has some all the same fails the test below.
-    let scale = covariance.diagonal().map(|variance| if variance > 0.0 { 1.0 / variance.sqrt() } else { 1.0 });
+    let scale = covariance.diagonal().map(|variance| if variance > 0.0 { 1.0 / fun::sqrt(variance) } else { 1.0 });
     let mut correlations = SMatrix::<f64, J, J>::from_fn(|i, j| {
         let mean = 0.5 * (covariance[(i, j)] + covariance[(j, i)]);
         mean * scale[i] * scale[j] + if i == j { INDEFINITE } else { 0.0 }

@@ -1,4 +1,4 @@
-//! Cost of a filter on the host, as time. Instructions on the flight processor are counted by `aeroshell wcet`.
+//! Cost of a filter on the host, as time. Instructions of the flight processor are in [`crate::m7`].
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,5 +1,7 @@
 //! What a filter did in one run.
 
+use alloc::vec::Vec;
+
 use fsw_core::nav::estimators::EstimatorError;
 use nalgebra::SMatrix;
 

@@ -18,7 +18,6 @@ pub mod attitude;
 pub mod case;
 pub mod dispersion;
 pub mod dynamics;
-pub mod noise;
 pub mod orbiter;
 pub mod propagate;
 pub mod reach;
@@ -29,3 +28,5 @@ pub mod session;
 pub mod transport;
 pub mod truth;
 pub mod wind;
+
+pub use hil_noise as noise;

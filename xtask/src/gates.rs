@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use xshell::{Shell, cmd};
 
 use crate::image::{self, TARGETS};
-use crate::{budgets, debian, flights, navigation as cost_of_navigation, on_target, symbols};
+use crate::{budgets, debian, flights, navigation as cost_of_navigation, on_target, study_cost, symbols};
 
 /// Programs beyond the Rust toolchain that the gates start, and the Debian packages that hold them.
 const PROGRAMS: [(&str, &str); 3] =
@@ -14,7 +14,7 @@ const PROGRAMS: [(&str, &str); 3] =
 
 type Gate = (&'static str, fn(&Shell) -> Result<()>);
 
-const GATES: [Gate; 18] = [
+const GATES: [Gate; 19] = [
     ("emulators and analysis tools", programs),
     ("format", format),
     ("lints", lints),
@@ -27,6 +27,7 @@ const GATES: [Gate; 18] = [
     ("images build for both processors", on_target::build_images),
     ("budgets, and images without panic, heap, software floating point, recursion or indirect call", budgets),
     ("cost of every navigation mode", navigation),
+    ("cost of the filters of the studies on the M7", study_cost),
     ("default flight from the command line", flights::default_flight),
     ("flights against a simulator in a process of its own", flights::separate_processes),
     ("every mode, the same bits", on_target::modes),
@@ -107,6 +108,10 @@ fn budgets(shell: &Shell) -> Result<()> {
 
 fn navigation(shell: &Shell) -> Result<()> {
     cost_of_navigation::run(shell, false, false)
+}
+
+fn study_cost(shell: &Shell) -> Result<()> {
+    study_cost::run(shell, false)
 }
 
 fn log_feature(shell: &Shell) -> Result<()> {

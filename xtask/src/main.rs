@@ -7,6 +7,7 @@ mod gates;
 mod image;
 mod navigation;
 mod on_target;
+mod study_cost;
 mod symbols;
 
 use anyhow::Result;
@@ -56,6 +57,12 @@ enum Command {
         #[arg(long)]
         bless: bool,
     },
+    /// Count what a step of every filter of the studies costs on the Cortex-M7, and compare it with what is recorded.
+    StudyCost {
+        /// Record what was counted instead of comparing with it.
+        #[arg(long)]
+        bless: bool,
+    },
     /// Show what an image holds, what it must not, and its deepest stack.
     Inspect {
         /// The linked image.
@@ -77,6 +84,7 @@ fn main() -> Result<()> {
         Command::Fuzz { frames, seed } => gates::fuzz(&shell, frames, seed),
         Command::Budgets { only, bless } => budgets::run(&shell, only, bless),
         Command::Navigation { long, bless } => navigation::run(&shell, long, bless),
+        Command::StudyCost { bless } => study_cost::run(&shell, bless),
         Command::Inspect { image, notes } => image::report::show(&shell, &image, notes.as_deref()),
         Command::Bless => gates::bless(&shell),
     }

@@ -29,7 +29,7 @@ const GROWTH_S: f64 = 1.0;
 /// quarter of the drag, may be half a radian off …
 const FORCE_SHARE: f64 = 0.15;
 /// … and what there is besides, m/s².
-const FORCE_FLOOR_MPS2: f64 = 0.3;
+const FORCE_FLOOR_MPS2: f64 = 1.0;
 /// From [`GROWTH_S`] on the air is taken to bring the vehicle to its trim within about so long, s: without gyros nothing else is
 /// known of pitch and yaw.
 const TRIM_S: f64 = 1.0;

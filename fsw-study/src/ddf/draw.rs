@@ -1,8 +1,10 @@
 //! One run of the experiment: true states, what the sensors read and where the filters start, the same for every filter.
 
-use fsw_core::math::rk4;
+use alloc::vec::Vec;
+
+use fsw_core::math::{fun, rk4};
 use fsw_core::nav::estimators::models::{Measurement, Noise, Process, Quantity, Reading, Sensor, Spherical};
-use hil_sim::noise::Stream;
+use hil_noise::Stream;
 
 use super::config::{Config, PARAMETERS, STATES};
 
@@ -59,7 +61,7 @@ impl Suite {
 
 fn two_body(&[x, y, z, vx, vy, vz]: &[f64; 6]) -> [f64; 6] {
     let square = x * x + y * y + z * z;
-    let pull = -Spherical::MARS.mu_m3ps2 / (square * square.sqrt());
+    let pull = -Spherical::MARS.mu_m3ps2 / (square * fun::sqrt(square));
     [vx, vy, vz, pull * x, pull * y, pull * z]
 }
 
@@ -96,7 +98,7 @@ impl Draw {
                     _ => 0.0,
                 };
                 let variance = Measurement::<STATES, PARAMETERS>::variance(&sensor, expected);
-                expected + bias + variance.sqrt() * noise.normal()
+                expected + bias + fun::sqrt(variance) * noise.normal()
             }));
         }
         draw

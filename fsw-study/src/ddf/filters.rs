@@ -1,5 +1,11 @@
 //! The filters of the study: each a setting of the divided-difference kernel or of the linearised one.
 
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use alloc::vec::Vec;
+use alloc::{format, vec};
+
+use fsw_core::math::fun;
 use fsw_core::nav::estimators::EstimatorError;
 use fsw_core::nav::estimators::divided::{Chained, Degree, Divided, Order, Sensed, Sensitivities, Settings, Stepped};
 use fsw_core::nav::estimators::joint::{Block, Joint, Layout};
@@ -243,7 +249,7 @@ impl<'a> Setup<'a> {
         if self.config.filters.rank_units == Units::Deviations {
             let noises = readings.iter().map(|reading| {
                 let expected = reading.sensor.expected(filter.state(), &[0.0; PARAMETERS]);
-                Measurement::<STATES, PARAMETERS>::variance(&reading.sensor, expected).sqrt()
+                fun::sqrt(Measurement::<STATES, PARAMETERS>::variance(&reading.sensor, expected))
             });
             units.iter_mut().zip(self.units().into_iter().chain(noises)).for_each(|(to, from)| *to = from);
         }
@@ -287,7 +293,7 @@ impl<'a> Setup<'a> {
             all.iter_mut().zip(state.into_iter().chain(more)).for_each(|(to, from)| *to = from);
             all
         };
-        let sigmas = with(self.config.initial_sigmas(), self.config.filters.weights.map(f64::sqrt));
+        let sigmas = with(self.config.initial_sigmas(), self.config.filters.weights.map(fun::sqrt));
         let filter = Linear::new(with(draw.initial, [0.0; PARAMETERS]), &sigmas, [Gain::Optimal; AUGMENTED])?;
         let noise = with(self.config.step_noise(), [0.0; PARAMETERS]);
         self.run_linear(filter, &joint, &noise, 1.0, (draw, watch, steps), flight)
@@ -325,7 +331,7 @@ impl<'a> Setup<'a> {
     ) {
         let distance = || {
             let (a, b) = (self.model.position(state), self.model.position(truth));
-            a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+            fun::sqrt(a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum())
         };
         track.note(watch, (state, truth), distance, factor);
     }

@@ -5,14 +5,21 @@
 mod config;
 mod draw;
 mod filters;
+#[cfg(feature = "std")]
 pub mod limit;
+#[cfg(feature = "std")]
 mod outcome;
+#[cfg(feature = "std")]
 pub mod reference;
+#[cfg(feature = "std")]
 mod tune;
 
 pub use config::{Config, Factors, STATES, Units};
 pub use draw::{Draw, SENSED, Suite};
 pub use filters::{Filter, Flight, Kind, Setup};
+#[cfg(feature = "std")]
 pub use limit::{Knowledge, Limit, limits};
+#[cfg(feature = "std")]
 pub use outcome::{Outcome, fly, fly_all, fly_steps};
+#[cfg(feature = "std")]
 pub use tune::{Tuned, search};

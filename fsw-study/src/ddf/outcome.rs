@@ -6,12 +6,13 @@ use super::config::{Config, STATES};
 use super::draw::{Draw, Suite};
 use super::filters::{Filter, Setup};
 use crate::cost::fastest_ns;
+use crate::m7;
 use crate::runs::for_each;
 use crate::tally::{Divergence, Tally, mean_from, means_from};
 use crate::track::Watch;
 
-/// Flights that are timed, of which the fastest counts.
-const TIMED: usize = 3;
+/// Flights that are timed, of which the fastest counts: enough for one of them to be left alone by others of the machine.
+const TIMED: usize = 15;
 
 /// What became of a filter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -36,6 +37,8 @@ pub struct Outcome {
     pub second_share: f64,
     /// Time of a whole run on this machine, ms, the fastest of some.
     pub host_ms_per_run: f64,
+    /// Instructions of a step on the Cortex-M7, where they were counted for this configuration.
+    pub m7_instructions_per_step: Option<f64>,
     /// Root mean square errors after each step.
     pub history: Vec<[f64; STATES]>,
     /// Share of runs in second order after each step; empty for linearised filters.
@@ -87,6 +90,7 @@ pub fn fly(config: &Config, suite: &Suite, filter: Filter, seed: u64, runs: u64)
         failed: tally.failed,
         second_share: if all == 0 { 0.0 } else { seconds as f64 / all as f64 },
         host_ms_per_run: 1e-6 * fastest_ns(TIMED, 1, || setup.fly(filter, &draw, Watch::Nothing, steps)),
+        m7_instructions_per_step: m7::instructions("ddf", &filter.name()).filter(|_| config.has_recorded_cost()),
         history,
         second_history: known.iter().map(|(seconds, _, count)| *seconds as f64 / *count as f64).collect(),
         nonlinearity_history: known.iter().map(|(_, sum, count)| sum / *count as f64).collect(),

@@ -1,5 +1,9 @@
 //! Banks of filters over one true entry, each bank under one or several rules.
 
+use alloc::borrow::ToOwned;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
 use fsw_core::nav::estimators::bank::Bank;
 use fsw_core::nav::estimators::joint::Joint;
 use fsw_core::nav::estimators::linear::Linear;
@@ -112,7 +116,7 @@ impl<'m, const J: usize, const W: usize> Experts<'m, J, W> {
 
     fn bank<const K: usize>(&self, rules: &[(String, Rule)]) -> Option<Bank<J, K>> {
         let (first, (_, rule)) = (self.starts.first()?, rules.first()?);
-        let experts = std::array::from_fn(|i| self.starts.get(i).unwrap_or(first).clone());
+        let experts = core::array::from_fn(|i| self.starts.get(i).unwrap_or(first).clone());
         Bank::new(experts, Weights::new(*rule, self.starts.len()).ok()?).ok()
     }
 }

@@ -105,7 +105,7 @@ fn ranking(case: &CaseResult) -> Vec<Bar> {
         Bar::below(name("the same, velocity over what attains it here"), over(attained, |r| r.velocity_mps), 1.03),
         Bar::below(name("the same, worst axis over what attains it here"), worst_axis(attained), 1.07),
         Bar::below(name("augmented, NEES"), augmented.and_then(|f| f.nees), 7.2),
-        Bar::below(name("augmented, cost in EKFs"), augmented.and_then(|f| f.ekfs), 1.4),
+        Bar::below(name("augmented, cost in EKFs on the M7"), augmented.and_then(|f| f.m7_ekfs), 1.4),
         Bar::new(name("experts, NEES"), experts.and_then(|f| f.nees), Some(5.5), Some(6.6)),
         Bar::below(
             name("augmented, 3-D position over the best gating's"),

@@ -2,19 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use fsw_core::nav::estimators::weights::Rule;
 use serde::Serialize;
 
+use super::COST_STEPS;
 use super::config::{Config, FilterName, Reading};
 use super::filters::{self, STATE, Scenario};
 use super::limit::Limit;
+use super::roster::{alone, shared_rules};
 use super::run::{Note, Outcome, Sight, Watch};
 use super::truth::{Draw, Truth, fly};
 use crate::bound::MeanBound;
-use crate::runs;
-
-/// Steps of a flight that is timed.
-const TIMED_STEPS: usize = 200;
+use crate::{counted, m7, runs};
 
 /// What is flown.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,6 +106,10 @@ pub struct FilterResult {
     pub step_ns: Option<f64>,
     /// The same over that of one EKF.
     pub ekfs: Option<f64>,
+    /// Instructions of a step on the Cortex-M7, where they were counted for this configuration.
+    pub m7_instructions: Option<f64>,
+    /// The same over those of one EKF.
+    pub m7_ekfs: Option<f64>,
     /// Mean over entries.
     pub history: Vec<Moment>,
     /// The only entry of a case that has no other.
@@ -171,37 +173,11 @@ impl CaseResult {
     }
 }
 
-/// Label of a gating by its rate.
-#[must_use]
-pub fn gating_label(name: FilterName, rate: f64) -> String {
-    format!("{} η {rate}", name.name())
-}
-
 impl Case {
-    /// Rules that one bank of the settings' densities serves together.
-    fn shared_rules(&self, config: &Config) -> Vec<(String, Rule)> {
-        let mut rules = Vec::new();
-        for filter in &self.filters {
-            match filter {
-                FilterName::Gating | FilterName::BareGating => {
-                    let each = self.rates.iter().filter_map(|rate| {
-                        Some((gating_label(*filter, *rate), filters::rule(config, *filter, *rate)?))
-                    });
-                    rules.extend(each);
-                }
-                FilterName::BareProduct | FilterName::Bayes => {
-                    rules.extend(filters::rule(config, *filter, 0.0).map(|rule| (filter.name().to_owned(), rule)));
-                }
-                _ => {}
-            }
-        }
-        rules
-    }
-
     /// All filters over one entry.
     fn outcomes(&self, sight: &Sight<'_>) -> Vec<Outcome> {
         let mut outcomes = Vec::new();
-        let shared = self.shared_rules(sight.config);
+        let shared = shared_rules(sight.config, &self.filters, &self.rates);
         if !shared.is_empty() {
             outcomes.extend(sight.constants(&sight.config.bank.densities, &shared));
         }
@@ -276,14 +252,14 @@ impl Case {
     /// that what disturbs the machine disturbs all alike.
     pub fn time(&self, config: &Config, seed: u64, rounds: usize, result: &mut CaseResult) {
         let mut truth = fly(config, &self.draw, seed, 0);
-        // A step costs the same at any time; a short flight is more often left alone by others of the machine.
-        truth.sensed.truncate(TIMED_STEPS);
-        truth.states.truncate(TIMED_STEPS + 1);
+        // A short flight is more often left alone by others of the machine.
+        truth.sensed.truncate(COST_STEPS);
+        truth.states.truncate(COST_STEPS + 1);
         let model = filters::model(config);
         let sight = self.sight(config, &model, &truth, Watch::Nothing);
         let steps = truth.sensed.len();
         let once = |one: &dyn Fn() -> Vec<Outcome>| crate::cost::fastest_ns(1, steps, one);
-        let shared = self.shared_rules(config);
+        let shared = shared_rules(config, &self.filters, &self.rates);
         let mut ekf = f64::INFINITY;
         // A filter that stops on its way has no cost of a whole flight.
         let mut timed: Vec<_> =
@@ -304,30 +280,19 @@ impl Case {
         for (filter, least) in timed {
             (filter.step_ns, filter.ekfs) = (Some(least), Some(least / ekf));
         }
+        if config.has_recorded_cost() {
+            self.look_up(result);
+        }
     }
-}
 
-/// A filter that shares nothing with another.
-fn alone(filter: FilterName, sight: &Sight<'_>) -> Vec<Outcome> {
-    let Sight { config, reading, model, .. } = *sight;
-    let prior = (0.0, filters::density_sigma(config));
-    let rules = || {
-        filters::rule(config, filter, 0.0).map(|rule| (filter.name().to_owned(), rule)).into_iter().collect::<Vec<_>>()
-    };
-    match filter {
-        FilterName::DeadReckoning => vec![sight.dead_reckoning()],
-        FilterName::Ekf => vec![sight.single(filter, &filters::ekf(config, reading, model, 0.0))],
-        FilterName::Schmidt => {
-            vec![sight.single(filter, &filters::augmented(config, reading, model, prior, true))]
+    /// Writes down what was counted on the Cortex-M7, for this case with the settings as they are when nothing is set.
+    fn look_up(&self, result: &mut CaseResult) {
+        let count = |label: &str| m7::instructions(counted::mmae_name(self.scenario.number()), label);
+        let ekf = count(FilterName::Ekf.name());
+        for filter in &mut result.filters {
+            filter.m7_instructions = count(&filter.label);
+            filter.m7_ekfs = filter.m7_instructions.zip(ekf).map(|(own, ekf)| own / ekf);
         }
-        FilterName::Augmented => {
-            vec![sight.single(filter, &filters::augmented(config, reading, model, prior, false))]
-        }
-        FilterName::GaussMarkov => vec![sight.single(filter, &filters::gauss_markov(config, reading, model))],
-        FilterName::BayesFine => sight.constants(&config.bank.fine_densities, &rules()),
-        FilterName::Imm => sight.constants(&config.bank.densities, &rules()),
-        FilterName::Experts => sight.cells(&rules()),
-        FilterName::Gating | FilterName::BareGating | FilterName::BareProduct | FilterName::Bayes => Vec::new(),
     }
 }
 

@@ -1,8 +1,11 @@
 //! What the study flies: a TOML with a default for everything; the defaults are P3's numbers and, where P3 gives none, the
 //! choices that the page names.
 
+use alloc::vec::Vec;
+
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "std")]
 mod check;
 mod defaults;
 

@@ -1,5 +1,8 @@
 //! The study's filters as settings of the core's kernels: model, joint state, first estimate, sensors.
 
+use alloc::vec::Vec;
+
+use fsw_core::math::fun;
 use fsw_core::nav::estimators::joint::{Block, Joint, Layout};
 use fsw_core::nav::estimators::linear::{Gain, Linear};
 use fsw_core::nav::estimators::models::{Cartesian, Noise, Quantity, Reading, Sensor};
@@ -102,8 +105,8 @@ pub fn readings<'m>(
         // Mean and variance of ln(1 + s e) to fourth order in s.
         Pressure::Log => reading(
             Quantity::LOG_DYNAMIC_PRESSURE,
-            Noise::of((square * (1.0 + 0.5 * square)).sqrt()),
-            sensed.pressure_pa.ln() + 0.5 * square,
+            Noise::of(fun::sqrt(square * (1.0 + 0.5 * square))),
+            fun::ln(sensed.pressure_pa) + 0.5 * square,
         ),
     };
     let force = |axis: usize| {
@@ -150,7 +153,7 @@ pub fn entry_sigmas(config: &Config, reading: TableReading) -> [f64; STATE] {
 #[must_use]
 pub fn density_sigma(config: &Config) -> f64 {
     match config.density.law {
-        super::config::Law::Uniform => config.density.width / 3.0_f64.sqrt(),
+        super::config::Law::Uniform => config.density.width / fun::sqrt(3.0),
         super::config::Law::Normal => config.density.width / 3.0,
     }
 }
@@ -166,7 +169,7 @@ pub fn joined<const J: usize>(state: [f64; STATE], behind: &[f64]) -> [f64; J] {
 /// A filter with the density's error known to be `density`.
 #[must_use]
 pub fn plain_joint<'m>(model: &'m Cartesian<1>, density: f64) -> Joint<'m, Cartesian<1>, STATE, 1, STATE> {
-    Joint { model, parameters: [density.ln_1p()], layout: Layout::default() }
+    Joint { model, parameters: [fun::log1p(density)], layout: Layout::default() }
 }
 
 /// A filter with the density's error in its joint state.
@@ -198,7 +201,7 @@ pub struct Single<'m, const J: usize, const W: usize> {
 
 /// The first estimate; every component but considered ones is corrected by the optimal gain.
 fn start<const J: usize>(state: [f64; J], sigmas: [f64; J], considered: Option<usize>) -> Linear<J> {
-    let gains = std::array::from_fn(|i| if considered == Some(i) { Gain::Considered } else { Gain::Optimal });
+    let gains = core::array::from_fn(|i| if considered == Some(i) { Gain::Considered } else { Gain::Optimal });
     // Settings were checked: every number is finite.
     #[allow(clippy::expect_used, reason = "all settings are in ranges that are finite")]
     Linear::new(state, &sigmas, gains).expect("finite settings")
@@ -206,7 +209,7 @@ fn start<const J: usize>(state: [f64; J], sigmas: [f64; J], considered: Option<u
 
 /// Process noise of the vehicle's state over a step: on the velocity, as its independent part.
 fn state_noise(config: &Config) -> [f64; STATE] {
-    let sigma = config.bank.noise_mpsps * config.flight.step_s.sqrt();
+    let sigma = config.bank.noise_mpsps * fun::sqrt(config.flight.step_s);
     [0.0, 0.0, 0.0, sigma, sigma, sigma]
 }
 
@@ -235,7 +238,7 @@ pub fn augmented<'m>(
     (centre, sigma): (f64, f64),
     is_considered: bool,
 ) -> Single<'m, WITH_DENSITY, WITH_DENSITY> {
-    let walk = config.augmented.walk_psqrts * config.flight.step_s.sqrt();
+    let walk = config.augmented.walk_psqrts * fun::sqrt(config.flight.step_s);
     Single {
         joint: density_joint(model, 1.0, false),
         start: start(
@@ -256,7 +259,7 @@ pub fn gauss_markov<'m>(
     model: &'m Cartesian<1>,
 ) -> Single<'m, WITH_BIAS, WITH_DENSITY> {
     let settings = &config.augmented;
-    let persistence = (-config.flight.step_s / settings.markov_s).exp();
+    let persistence = fun::exp(-config.flight.step_s / settings.markov_s);
     let bias = from_ug(settings.bias_ug);
     let sigma = settings.markov_sigma;
     Single {
@@ -267,7 +270,7 @@ pub fn gauss_markov<'m>(
             None,
         ),
         // What keeps the variance where it is.
-        noise: joined([0.0; STATE], &[sigma * (1.0 - persistence * persistence).sqrt()]),
+        noise: joined([0.0; STATE], &[sigma * fun::sqrt(1.0 - persistence * persistence)]),
         pressure: Pressure::Log,
     }
 }
@@ -277,8 +280,8 @@ pub fn gauss_markov<'m>(
 pub fn cells(config: &Config) -> (Vec<f64>, f64) {
     let (count, width) = (config.augmented.experts, config.density.width);
     let cell = 2.0 * width / count as f64;
-    let centre = |i: usize| (-width + cell * (i as f64 + 0.5)).ln_1p();
-    ((0..count).map(centre).collect(), cell / 12.0_f64.sqrt())
+    let centre = |i: usize| fun::log1p(-width + cell * (i as f64 + 0.5));
+    ((0..count).map(centre).collect(), cell / fun::sqrt(12.0))
 }
 
 /// The rule of a filter that is a bank of EKFs with these densities; the learning rate of a gating.

@@ -3,117 +3,25 @@
 //!
 //! * [`config`] what is flown, from TOML. * [`truth`] one entry and its readings, by equations of its own.
 //! * [`filters`] the filters as settings of the core's kernels. * [`run`] all of them over one entry. * [`case`] over many.
-//! * [`bars`] what is asked of the figures.
+//! * [`roster`] each filter by its label. * [`bars`] what is asked of the figures.
 
 mod banks;
+#[cfg(feature = "std")]
 pub mod bars;
+#[cfg(feature = "std")]
 pub mod case;
 pub mod config;
 pub mod filters;
+#[cfg(feature = "std")]
 pub mod limit;
+pub mod roster;
 pub mod run;
+#[cfg(feature = "std")]
+mod study;
 pub mod truth;
 
-use case::{Case, CaseResult};
-use config::{Config, FilterName, Reading};
-use filters::Scenario;
-use serde::Serialize;
-use truth::Draw;
+#[cfg(feature = "std")]
+pub use study::{Study, TIMED_FLIGHTS, cases};
 
-/// Short flights of which the fastest is a filter's cost.
-pub const TIMED_FLIGHTS: usize = 60;
-
-/// The whole study, flown.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Study {
-    /// P3's special case, both scenarios.
-    pub fixed: Vec<CaseResult>,
-    /// P3's Monte Carlo.
-    pub table5: Vec<CaseResult>,
-    /// All filters against the bound.
-    pub ranking: Vec<CaseResult>,
-    /// All filters where none of the models holds.
-    pub robust: Vec<CaseResult>,
-}
-
-/// Cases in the order in which they are flown.
-#[must_use]
-pub fn cases(config: &Config, runs: u64) -> Vec<Case> {
-    let draw = |reading: Reading, rate_hz: f64| Draw {
-        reading,
-        every: (1.0 / (rate_hz * config.flight.step_s)).round() as usize,
-        fixed_density: None,
-        is_robust: false,
-    };
-    let mut all = Vec::new();
-    for scenario in Scenario::BOTH {
-        let at = scenario.index();
-        let (fixed, table5, ranking) = (config.fixed, config.table5, config.ranking);
-        all.push(Case {
-            name: "fixed",
-            draw: Draw { fixed_density: Some(fixed.density), ..draw(fixed.reading, fixed.rate_hz) },
-            scenario,
-            filters: vec![FilterName::Ekf, FilterName::Gating],
-            rates: fixed.rates.get(at).copied().into_iter().collect(),
-            runs: 1,
-            has_bound: false,
-        });
-        all.push(Case {
-            name: "table5",
-            draw: draw(table5.reading, table5.rate_hz),
-            scenario,
-            filters: vec![FilterName::Gating, FilterName::Augmented],
-            rates: table5.rates.get(at).copied().into_iter().collect(),
-            runs,
-            has_bound: true,
-        });
-        all.push(Case {
-            name: "ranking",
-            draw: draw(ranking.reading, ranking.rate_hz),
-            scenario,
-            filters: config.filters.clone(),
-            rates: config.bank.rates.clone(),
-            runs,
-            has_bound: true,
-        });
-        let is_taught = |filter: &FilterName| {
-            !matches!(filter, FilterName::BareGating | FilterName::BareProduct | FilterName::BayesFine)
-        };
-        all.push(Case {
-            name: "robust",
-            draw: Draw { is_robust: true, ..draw(ranking.reading, ranking.rate_hz) },
-            scenario,
-            filters: config.filters.iter().copied().filter(is_taught).collect(),
-            rates: config.bank.rates.clone(),
-            runs: ((runs as f64 * config.robust.share_of_runs).round() as u64).max(1),
-            has_bound: false,
-        });
-    }
-    all
-}
-
-impl Study {
-    /// Every case, in the order of the page.
-    pub fn all(&self) -> impl Iterator<Item = &CaseResult> {
-        [&self.fixed, &self.table5, &self.ranking, &self.robust].into_iter().flatten()
-    }
-
-    /// Flies everything. `told` hears the case and the entry after each.
-    #[must_use]
-    pub fn fly(config: &Config, seed: u64, runs: u64, mut told: impl FnMut(&Case, u64)) -> Self {
-        let mut study = Self { fixed: Vec::new(), table5: Vec::new(), ranking: Vec::new(), robust: Vec::new() };
-        for case in cases(config, runs) {
-            let mut result = case.fly(config, seed, |run| told(&case, run));
-            match case.name {
-                "fixed" => study.fixed.push(result),
-                "table5" => study.table5.push(result),
-                "ranking" => {
-                    case.time(config, seed, TIMED_FLIGHTS, &mut result);
-                    study.ranking.push(result);
-                }
-                _ => study.robust.push(result),
-            }
-        }
-        study
-    }
-}
+/// Steps of a flight whose cost is measured: a step costs the same at any time.
+pub const COST_STEPS: usize = 200;

@@ -1,12 +1,17 @@
 //! Single filters over one true entry; banks are in [`super::banks`].
 
+use alloc::borrow::ToOwned;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+use fsw_core::math::fun;
 use fsw_core::nav::estimators::linear::Linear;
 use fsw_core::nav::estimators::models::Cartesian;
 use nalgebra::Vector3;
 
 use super::config::{Config, FilterName, Reading as TableReading};
 use super::filters::{STATE, Scenario, Single, readings};
-use super::truth::{Truth, nominal};
+use super::truth::{Truth, cube, nominal};
 use crate::consistency::{is_indefinite_factor, nees};
 
 /// What is judged, and how much of it is written down.
@@ -72,12 +77,12 @@ impl Sight<'_> {
 
     /// Whether the instant after this many steps is written down.
     pub(super) fn is_noted(&self, steps: usize) -> bool {
-        let every = (self.config.flight.record_s / self.config.flight.step_s).round().max(1.0) as usize;
+        let every = fun::round(self.config.flight.record_s / self.config.flight.step_s).max(1.0) as usize;
         self.watch == Watch::Record && (steps.is_multiple_of(every) || steps == self.steps())
     }
 
     pub(super) fn note<const J: usize>(&self, outcome: &mut Outcome, steps: usize, filter: &Linear<J>) {
-        let variance = std::array::from_fn(|i| filter.covariance(i, i));
+        let variance = core::array::from_fn(|i| filter.covariance(i, i));
         self.note_error(outcome, steps, filter.state(), variance);
         outcome.watched += 1;
         outcome.indefinite += u64::from(is_indefinite_factor(filter.factor()));
@@ -128,7 +133,7 @@ impl Sight<'_> {
         let mut outcome = Outcome { label: FilterName::DeadReckoning.name().to_owned(), ..Outcome::default() };
         let [x, y, z, vx, vy, vz] = nominal(self.config);
         let (mut r, mut v) = (Vector3::new(x, y, z), Vector3::new(vx, vy, vz));
-        let gravity = |r: &Vector3<f64>| -self.config.world.mu_m3ps2 * r / r.norm().powi(3);
+        let gravity = |r: &Vector3<f64>| -self.config.world.mu_m3ps2 * r / cube(r.norm());
         let mut before = (0, Vector3::from(self.truth.first_force_mps2));
         for (at, sensed) in self.truth.sensed.iter().enumerate() {
             let Some(sensed) = sensed else { continue };

@@ -1,7 +1,11 @@
 //! One true entry and what its sensors read. The equations are written here a second time, in vectors, on purpose: an error
 //! of the filters' model would otherwise be true.
 
-use hil_sim::noise::Stream;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use fsw_core::math::fun;
+use hil_noise::Stream;
 use nalgebra::{Vector3, Vector6};
 
 use super::config::{Config, Law, Reading};
@@ -13,6 +17,11 @@ pub const STANDARD_G_MPS2: f64 = 9.80665;
 #[must_use]
 pub fn from_ug(ug: f64) -> f64 {
     ug * 1e-6 * STANDARD_G_MPS2
+}
+
+/// x³.
+pub(super) fn cube(x: f64) -> f64 {
+    x * x * x
 }
 
 /// How an entry differs from the filters' idea of it.
@@ -43,6 +52,15 @@ pub struct Draw {
     pub fixed_density: Option<f64>,
     /// With the density's wave and the accelerometer's bias.
     pub is_robust: bool,
+}
+
+impl Draw {
+    /// Entries in the filters' world with so many readings a second.
+    #[must_use]
+    pub fn at_rate(config: &Config, reading: Reading, rate_hz: f64) -> Self {
+        let every = fun::round(1.0 / (rate_hz * config.flight.step_s)) as usize;
+        Self { reading, every, fixed_density: None, is_robust: false }
+    }
 }
 
 /// What the sensors read at an instant.
@@ -98,10 +116,10 @@ impl Air<'_> {
     fn dynamic_pressure(&self, r: &Vector3<f64>, v: &Vector3<f64>) -> f64 {
         let (world, off) = (&self.config.world, &self.disturbance);
         let height = r.norm() - world.reference_radius_m;
-        let mut density = (1.0 + off.density) * world.density_kgpm3 * (-height / world.scale_height_m).exp();
+        let mut density = (1.0 + off.density) * world.density_kgpm3 * fun::exp(-height / world.scale_height_m);
         if off.wave != 0.0 {
-            let angle = std::f64::consts::TAU * height / off.wavelength_m + off.phase_rad;
-            density *= 1.0 + off.wave * angle.sin();
+            let angle = core::f64::consts::TAU * height / off.wavelength_m + off.phase_rad;
+            density *= 1.0 + off.wave * fun::sin(angle);
         }
         0.5 * density * self.velocity(r, v).norm_squared()
     }
@@ -113,12 +131,12 @@ impl Air<'_> {
         let forward = self.velocity(r, v).normalize();
         let left = -forward.cross(r).normalize();
         let up = forward.cross(&left);
-        -drag * forward - lift * self.bank_rad.sin() * left + lift * self.bank_rad.cos() * up
+        -drag * forward - lift * fun::sin(self.bank_rad) * left + lift * fun::cos(self.bank_rad) * up
     }
 
     fn rates(&self, x: &Vector6<f64>) -> Vector6<f64> {
         let (r, v) = split(x);
-        let a = self.force(&r, &v) - self.config.world.mu_m3ps2 * r / r.norm().powi(3);
+        let a = self.force(&r, &v) - self.config.world.mu_m3ps2 * r / cube(r.norm());
         Vector6::new(v.x, v.y, v.z, a.x, a.y, a.z)
     }
 
@@ -139,13 +157,17 @@ fn split(x: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
 fn orbiter(config: &Config, time_s: f64) -> (Vector3<f64>, Vector3<f64>) {
     let orbit = &config.orbiter;
     let (node, inclination) = (orbit.node_deg.to_radians(), orbit.inclination_deg.to_radians());
-    let mean_motion = (config.world.mu_m3ps2 / orbit.radius_m.powi(3)).sqrt();
+    let mean_motion = fun::sqrt(config.world.mu_m3ps2 / cube(orbit.radius_m));
     let u = orbit.argument_deg.to_radians() + mean_motion * time_s;
-    let ascending = Vector3::new(node.cos(), node.sin(), 0.0);
-    let ahead = Vector3::new(-inclination.cos() * node.sin(), inclination.cos() * node.cos(), inclination.sin());
+    let ascending = Vector3::new(fun::cos(node), fun::sin(node), 0.0);
+    let ahead = Vector3::new(
+        -fun::cos(inclination) * fun::sin(node),
+        fun::cos(inclination) * fun::cos(node),
+        fun::sin(inclination),
+    );
     (
-        orbit.radius_m * (ascending * u.cos() + ahead * u.sin()),
-        orbit.radius_m * mean_motion * (ahead * u.cos() - ascending * u.sin()),
+        orbit.radius_m * (ascending * fun::cos(u) + ahead * fun::sin(u)),
+        orbit.radius_m * mean_motion * (ahead * fun::cos(u) - ascending * fun::sin(u)),
     )
 }
 
@@ -173,7 +195,7 @@ fn disturb(config: &Config, draw: &Draw, seed: u64, run: u64) -> Disturbance {
     Disturbance {
         wave: config.robust.wave,
         wavelength_m: config.robust.wavelength_m,
-        phase_rad: std::f64::consts::TAU * wave.uniform(),
+        phase_rad: core::f64::consts::TAU * wave.uniform(),
         bias_mps2: Stream::new(seed, run, "bias").normal3().map(|e| e * from_ug(config.robust.bias_ug)),
         ..plain
     }

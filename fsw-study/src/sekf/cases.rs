@@ -10,9 +10,9 @@ use super::kind::Kind;
 use super::limit::{Limit, limits};
 use super::tuned::Tuned;
 use crate::cost::fastest_ns;
-use crate::runs;
 use crate::tally::{Divergence, Tally, geometric_ratio, mean_from, means_from};
 use crate::track::{Track, Watch};
+use crate::{m7, runs};
 
 /// Flights that are timed; the fastest counts.
 const TIMED_FLIGHTS: usize = 5;
@@ -114,6 +114,8 @@ pub struct Outcome {
     pub failed: u64,
     /// Host time of a step, ns, the fastest of some flights; not a number when runs were stopped.
     pub host_ns_per_step: f64,
+    /// Instructions of a step on the Cortex-M7, where they were counted for this configuration.
+    pub m7_instructions_per_step: Option<f64>,
     /// Root mean square error of each state after each step.
     #[serde(skip)]
     pub history: Vec<[f64; STATES]>,
@@ -184,6 +186,7 @@ impl Outcome {
             diverged: tally.diverged,
             failed: tally.failed,
             host_ns_per_step: f64::NAN,
+            m7_instructions_per_step: m7::instructions("sekf", filter.name()).filter(|_| config.has_recorded_cost()),
             history,
             single,
         }

@@ -18,6 +18,16 @@ impl Stored for Config {
 }
 
 impl Config {
+    /// Whether its filters do the very work that [`crate::m7`] has the cost of: all but which are flown and what is searched is
+    /// as it is when nothing is set.
+    #[must_use]
+    pub fn has_recorded_cost(&self) -> bool {
+        let mut plain = Self::default();
+        plain.filters.flown.clone_from(&self.filters.flown);
+        plain.tuning.clone_from(&self.tuning);
+        *self == plain
+    }
+
     /// One sentence about the first field out of its range.
     ///
     /// # Errors

@@ -1,5 +1,9 @@
 //! What P1 leaves open, as a TOML file: every field has the default of the reference figures.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+use fsw_core::math::fun;
 use serde::{Deserialize, Serialize};
 
 use super::STATES;
@@ -110,7 +114,7 @@ impl Input {
     #[must_use]
     pub fn root_mean_square(&self) -> [f64; STATES] {
         let mean = self.profile.iter().map(|alpha| alpha * alpha).sum::<f64>() / self.profile.len().max(1) as f64;
-        self.amplitude.map(|amplitude| amplitude * mean.sqrt())
+        self.amplitude.map(|amplitude| amplitude * fun::sqrt(mean))
     }
 }
 
@@ -156,20 +160,20 @@ impl Config {
     /// Steps of the flight.
     #[must_use]
     pub fn steps(&self) -> usize {
-        (self.experiment.duration_s / self.experiment.step_s).round() as usize
+        fun::round(self.experiment.duration_s / self.experiment.step_s) as usize
     }
 
     /// First step (from 0) whose error is averaged, and from which a run can count as diverged.
     #[must_use]
     pub fn first_averaged(&self) -> usize {
-        (self.experiment.average_from_s / self.experiment.step_s).ceil() as usize
+        -fun::floor(-self.experiment.average_from_s / self.experiment.step_s) as usize
     }
 
     /// Steps from one reading to the next.
     #[must_use]
     pub fn steps_per_reading(&self) -> usize {
         let between = self.sensors.rate_hz.map_or(1.0, |rate_hz| 1.0 / (rate_hz * self.experiment.step_s));
-        between.round().max(1.0) as usize
+        fun::round(between).max(1.0) as usize
     }
 }
 

@@ -1,11 +1,13 @@
 //! One run of the experiment: true states and what the sensors read, the same for every filter.
 
-use fsw_core::math::rk4;
+use alloc::vec::Vec;
+
+use fsw_core::math::{fun, rk4};
 use fsw_core::nav::estimators::models::{
     HEADING, Measurement, Noise, PATH_ANGLE, Process, Quantity, Sensor, Spherical,
 };
 use fsw_core::units::rad;
-use hil_sim::noise::Stream;
+use hil_noise::Stream;
 
 use super::STATES;
 use super::config::Config;
@@ -38,7 +40,7 @@ impl Suite {
             }
             let [x, y, z, ..] = orbiter;
             let beacons = sensors.beacons_km.iter().map(|km| km.map(|x| x * 1e3));
-            let ranges = std::iter::once([x, y, z]).chain(beacons);
+            let ranges = core::iter::once([x, y, z]).chain(beacons);
             let forces = (0..AXES).map(|axis| (Quantity::SpecificForce { axis }, sensors.accelerometer_mps2));
             let ranges = ranges.map(|source_m| (Quantity::Range { source_m }, sensors.range_m));
             let angle = rad(sensors.angle_deg);
@@ -57,7 +59,7 @@ impl Suite {
 
 fn two_body(&[x, y, z, vx, vy, vz]: &[f64; STATES]) -> [f64; STATES] {
     let square = x * x + y * y + z * z;
-    let pull = -Spherical::MARS.mu_m3ps2 / (square * square.sqrt());
+    let pull = -Spherical::MARS.mu_m3ps2 / (square * fun::sqrt(square));
     [vx, vy, vz, pull * x, pull * y, pull * z]
 }
 
@@ -84,7 +86,7 @@ impl Draw {
             state = model.step(&state, &[0.0; 2], step_s);
             let pushes = config.input.amplitude.iter().zip(&config.experiment.process_noise);
             for (x, (amplitude, sigma)) in state.iter_mut().zip(pushes) {
-                *x += amplitude * alpha * step_s + sigma * step_s.sqrt() * process.normal();
+                *x += amplitude * alpha * step_s + sigma * fun::sqrt(step_s) * process.normal();
             }
             draw.truth.push(state);
             draw.readings.push(

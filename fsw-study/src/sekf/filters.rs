@@ -1,5 +1,6 @@
 //! The filters of the study, each a layout and a rule of gains over the one linearised kernel.
 
+use fsw_core::math::fun;
 use fsw_core::nav::estimators::EstimatorError;
 use fsw_core::nav::estimators::joint::{Block, Joint, Layout};
 use fsw_core::nav::estimators::linear::{Gain, Linear};
@@ -76,7 +77,7 @@ impl Setup<'_> {
         let factor = settings.accelerometer;
         self.suite.at(index).iter().map(move |(quantity, sigma)| {
             let assumed = match quantity {
-                Quantity::SpecificForce { .. } => sigma.hypot(allowed_bias) * factor,
+                Quantity::SpecificForce { .. } => fun::hypot(*sigma, allowed_bias) * factor,
                 _ => *sigma,
             };
             Sensor { vehicle: &self.model, quantity: *quantity, noise: Noise::of(assumed) }
@@ -95,7 +96,7 @@ impl Setup<'_> {
         let experiment = &self.config.experiment;
         let mut sigmas = experiment.process_noise;
         for (sigma, amplitude) in sigmas.iter_mut().zip(&self.config.input.amplitude) {
-            *sigma = sigma.hypot(settings.process * amplitude) * experiment.step_s.sqrt();
+            *sigma = fun::hypot(*sigma, settings.process * amplitude) * fun::sqrt(experiment.step_s);
         }
         sigmas
     }
@@ -122,7 +123,7 @@ impl Setup<'_> {
         let factor = if kind == Kind::SekfRho { settings.input } else { 1.0 };
         design.gains.iter_mut().skip(STATES).enumerate().for_each(|(to, gain)| *gain = Gain::Tied { to, factor });
         design.start = match kind {
-            Kind::SekfLate => (self.config.filters.late_start_s / self.config.experiment.step_s).round() as usize,
+            Kind::SekfLate => fun::round(self.config.filters.late_start_s / self.config.experiment.step_s) as usize,
             _ => self.config.filters.sekf_start_step,
         };
         design
@@ -131,11 +132,11 @@ impl Setup<'_> {
     /// b is a rate that fades and is renewed, known only by its deviation.
     fn considered(&self, settings: &Settings) -> Design<WITH_INPUT> {
         let step_s = self.config.experiment.step_s;
-        let persistence = (-step_s / self.config.filters.considered_correlation_s).exp();
+        let persistence = fun::exp(-step_s / self.config.filters.considered_correlation_s);
         let layout = Layout { input: Some((Block { first: STATES, persistence }, step_s)), ..Layout::default() };
         let mut design = self.design(settings, layout);
         self.set_input(&mut design.sigmas, settings.input);
-        self.set_input(&mut design.noise, settings.input * (1.0 - persistence * persistence).sqrt());
+        self.set_input(&mut design.noise, settings.input * fun::sqrt(1.0 - persistence * persistence));
         design.gains.iter_mut().skip(STATES).for_each(|gain| *gain = Gain::Considered);
         design
     }
@@ -151,7 +152,7 @@ impl Setup<'_> {
         };
         let mut design = self.design(settings, layout);
         self.set_input(&mut design.sigmas, filters.input_sigma);
-        self.set_input(&mut design.noise, settings.input * step_s.sqrt());
+        self.set_input(&mut design.noise, settings.input * fun::sqrt(step_s));
         let bias = filters.bias_sigma_mps2;
         let more = [filters.density_sigma, filters.lift_sigma, bias, bias, bias];
         design.sigmas.iter_mut().skip(WITH_INPUT).zip(more).for_each(|(sigma, value)| *sigma = value);

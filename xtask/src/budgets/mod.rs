@@ -13,6 +13,7 @@ use xshell::Shell;
 
 use crate::image::{self, TARGETS};
 use crate::symbols::target_directory;
+pub use file::written;
 use file::{Budgets, Source};
 use judge::{Verdict, judge};
 use measure::{Figures, STACK_BOUND, STACK_HIGH_WATER};

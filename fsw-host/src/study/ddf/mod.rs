@@ -35,7 +35,7 @@ pub struct DdfArgs {
     /// Searches the noises of the tuned EKFs over the grid of the configuration and prints it instead of flying the filters.
     #[arg(long)]
     pub tune: bool,
-    /// Does not count instructions (which takes a minute and Valgrind): costs are then given as time.
+    /// Does not count instructions of this machine (which takes a minute and Valgrind).
     #[arg(long)]
     pub no_count: bool,
     /// Flies this filter (its place in the list) and does nothing else: what is run under Valgrind.
@@ -96,10 +96,7 @@ pub fn run(args: &DdfArgs) -> Result<bool, HostError> {
     } else {
         args.paper.on_threads(|| cost::count(&folder.join(papers::CONFIG), outcomes.len(), config.steps()))?
     };
-    let bars = bars(&outcomes, |outcome| {
-        let at = outcomes.iter().position(|other| std::ptr::eq(other, outcome))?;
-        counted.get(at).copied().flatten()
-    });
+    let bars = bars(&outcomes);
     let flown: Vec<Flown> = outcomes
         .into_iter()
         .zip(counted)

@@ -85,7 +85,11 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
     }
     let _ = writeln!(out, "  {}", style("What is asked of the figures").bold());
     for bar in study.bars {
-        let mark = if bar.is_met { style("met   ").green() } else { style("missed").red() };
+        let mark = match bar.value {
+            None => style("none  ").dim(),
+            Some(_) if bar.is_met => style("met   ").green(),
+            Some(_) => style("missed").red(),
+        };
         let _ = writeln!(out, "  {mark} {:<75} {:>9}   {}", bar.what, table::bar_value(bar), table::bar_limits(bar));
     }
     let uncertainty = table::uncertainty_pct(study.head.runs);
@@ -96,6 +100,7 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
     );
     let _ = writeln!(out, "  {}", table::ATTAINED);
     let _ = writeln!(out, "\n  RMSE at the parachute's opening; NEES of six states: 6 is right. An EKF's cost is 1.");
+    let _ = writeln!(out, "  {}", table::M7);
     let _ = writeln!(out, "  page  {}", style(folder.join(papers::PAGE).display()).cyan().bold());
     out
 }

@@ -115,7 +115,7 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
         let _ = writeln!(out, "  {}", style(case.title).bold());
         let _ = writeln!(out, "  {}", table::line(&table::HEADS.map(str::to_owned)));
         for outcome in &case.filters {
-            let _ = writeln!(out, "  {}", table::line(&table::cells(case.case, outcome)));
+            let _ = writeln!(out, "  {}", table::line(&table::cells(case, outcome)));
         }
         for limit in &case.limits {
             let _ = writeln!(out, "  {}", table::line(&table::limit_cells(limit)));
@@ -128,7 +128,7 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
         "Bounds are Cramér and Rao's: for who knows input and bias, and for who knows when the input jumps and its size.",
         "Rows of the equations as printed are there to teach; a filter that lost its runs has no figure.",
     ];
-    for note in notes {
+    for note in notes.into_iter().chain([table::M7]) {
         let _ = writeln!(out, "  {note}");
     }
     if (study.tuned_for_step_s - study.config.experiment.step_s).abs() > 1e-12 {

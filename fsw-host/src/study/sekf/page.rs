@@ -5,7 +5,7 @@ use fsw_study::sekf::kind::Kind;
 use fsw_study::sekf::tuned::TunedFile;
 use maud::{Markup, html};
 
-use super::table::{HEADS, cells, figure, limit_cells};
+use super::table::{HEADS, M7, cells, figure, limit_cells};
 use super::{Study, figures};
 use crate::campaign::report::document;
 use crate::report::{Figure, PlotError};
@@ -72,7 +72,7 @@ pub fn html(study: &Study<'_>, tuned: &TunedFile) -> Result<String, PlotError> {
             independent implementation in another language at 1 s and 500 runs. NEES: mean over the same time, 6 is right. \
             Indefinite: share of steps whose covariance is. ns: of this machine, one thread, the fastest of some flights. \
             Bounds: posterior Cramér–Rao, for a filter that knows input and bias, and for one that knows of the input when it \
-            jumps and its root mean square. A filter that lost its runs has no figure. Rows of the equations as printed are there to teach, not shipped."
+            jumps and its root mean square. A filter that lost its runs has no figure. Rows of the equations as printed are there to teach, not shipped. " (M7)
         }
         section { h2 { "Plots" } div.grid { @for figure in &drawn? { (figure) } } }
         (settings(study, tuned))
@@ -108,7 +108,7 @@ fn table(case: &Flown) -> Markup {
                 tbody {
                     @for outcome in &case.filters {
                         tr {
-                            @for (at, cell) in cells(case.case, outcome).iter().enumerate() {
+                            @for (at, cell) in cells(case, outcome).iter().enumerate() {
                                 @if at == 0 { th.text { (cell) } } @else { td { (cell) } }
                             }
                             td { (figure(if outcome.failed > 0 { f64::NAN } else { outcome.pull_in_peak_m }, 0)) }

@@ -48,6 +48,15 @@ impl Config {
         within("robust.share_of_runs", self.robust.share_of_runs, 0.0, 1.0)
     }
 
+    /// Whether its filters do the very work that [`crate::m7`] has the cost of: all but which are flown and what is searched is
+    /// as it is when nothing is set.
+    #[must_use]
+    pub fn has_recorded_cost(&self) -> bool {
+        let mut plain = Self::default();
+        plain.filters.clone_from(&self.filters);
+        *self == plain
+    }
+
     fn check_flight(&self) -> Result<(), String> {
         let (entry, flight) = (&self.entry, &self.flight);
         each("entry.position_m", &entry.position_m, -1e8, 1e8)?;

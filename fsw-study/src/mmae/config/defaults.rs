@@ -1,5 +1,7 @@
 //! P3's numbers, and what is flown where P3 gives none.
 
+use alloc::vec;
+
 use super::*;
 
 impl Default for Config {

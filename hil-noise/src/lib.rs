@@ -2,6 +2,13 @@
 //!
 //! The key of a stream is made of nothing but the seed, the run number and the name of what it is for, so that one
 //! quantity's draw never shifts another's, and run k of a seed is the same whatever flew before it.
+//!
+//! Without std, so that a flight processor can draw the very runs that a study flies on a host.
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
 
 use core::f64::consts::PI;
 
@@ -38,7 +45,7 @@ impl Stream {
             return second;
         }
         // 1 − u lies in (0, 1]: the logarithm is finite.
-        let radius = (-2.0 * libm::log(1.0 - self.uniform())).sqrt();
+        let radius = fsw_sqrt::sqrt(-2.0 * libm::log(1.0 - self.uniform()));
         let (sine, cosine) = libm::sincos(2.0 * PI * self.uniform());
         self.spare = Some(radius * sine);
         radius * cosine
