@@ -102,15 +102,20 @@ pub fn tria<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>) {
 /// Reflects columns i… of the rows i… of `a` so that row `i` is zero right of its diagonal and not negative on it.
 fn reflect_row<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>, i: usize) {
     // Beyond its last element that is not zero, the mirror vector changes nothing: many a row of a filter is short.
-    let end = (i + 1..M).rev().find(|j| a[(i, *j)] != 0.0).map_or(i + 1, |last| last + 1);
+    let mut count = 0;
+    for j in (0..M).skip(i + 1) {
+        if a[(i, j)] != 0.0 {
+            count = j - i;
+        }
+    }
     let mut tail = 0.0;
-    for j in (0..end).skip(i + 1) {
+    for j in (0..M).skip(i + 1).take(count) {
         tail += a[(i, j)] * a[(i, j)];
     }
     let head = a[(i, i)];
     if tail <= f64::MIN_POSITIVE {
         // Nothing to eliminate (below, the reflection would divide by zero); a column may change its sign freely.
-        for j in (0..end).skip(i + 1) {
+        for j in (0..M).skip(i + 1).take(count) {
             a[(i, j)] = 0.0;
         }
         if head < 0.0 {
@@ -126,17 +131,17 @@ fn reflect_row<const N: usize, const M: usize>(a: &mut SMatrix<f64, N, M>, i: us
     let factor = 2.0 / (first * first + tail);
     for k in (0..N).skip(i + 1) {
         let mut along = a[(k, i)] * first;
-        for j in (0..end).skip(i + 1) {
+        for j in (0..M).skip(i + 1).take(count) {
             along += a[(k, j)] * a[(i, j)];
         }
         let shift = factor * along;
         a[(k, i)] -= shift * first;
-        for j in (0..end).skip(i + 1) {
+        for j in (0..M).skip(i + 1).take(count) {
             a[(k, j)] -= shift * a[(i, j)];
         }
     }
     a[(i, i)] = norm;
-    for j in (0..end).skip(i + 1) {
+    for j in (0..M).skip(i + 1).take(count) {
         a[(i, j)] = 0.0;
     }
 }

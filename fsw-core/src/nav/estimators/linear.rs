@@ -150,15 +150,18 @@ impl<const J: usize> Linear<J> {
     /// ([`UNKNOWN`]).
     #[inline(never)]
     pub fn transport<const N: usize>(&mut self, step: &Transition<N, J>) -> Result<(), EstimatorError> {
-        for (first, column) in self.factor.as_mut_slice().chunks_exact_mut(J).enumerate() {
-            let before: [f64; J] = core::array::from_fn(|i| column.get(i).copied().unwrap_or(0.0));
+        for column in 0..J {
+            let before: [f64; J] = core::array::from_fn(|i| self.element(i, column));
             // The factor is lower triangular: above the diagonal there is nothing to carry.
-            let below = before.get(first..).unwrap_or_default();
-            for (i, element) in column.iter_mut().enumerate() {
-                *element = match step.rows.get(i) {
-                    Some(row) => row.iter().skip(first).zip(below).map(|(phi, l)| phi * l).sum(),
-                    None => step.persistence.get(i).copied().unwrap_or(1.0) * *element,
+            let below = before.get(column..).unwrap_or_default();
+            for (i, (&old, &persistence)) in before.iter().zip(&step.persistence).enumerate() {
+                let after = match step.rows.get(i) {
+                    Some(row) => row.iter().skip(column).zip(below).map(|(phi, l)| phi * l).sum(),
+                    None => persistence * old,
                 };
+                if let Some(element) = self.factor.get_mut((i, column)) {
+                    *element = after;
+                }
             }
         }
         tria(&mut self.factor);
