@@ -1,6 +1,6 @@
 //! Navigation: where the vehicle is, how it moves and how it is banked.
 //!
-//! * [`Navigator`] the entry point: one `step` per minor frame in any of the three navigation modes.
+//! * [`Navigator`] the entry point: one `step` per minor frame in any navigation mode.
 //! * [`Estimate`] what it tells the rest. * [`strapdown`] integration of the inertial increments.
 //! * [`filter`] the error-state filter around it: covariance, measurements, corrections.
 //! * [`estimators`] the filters of the papers and those that surpass them, each one kernel over models.

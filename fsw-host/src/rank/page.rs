@@ -62,21 +62,21 @@ fn table(ranking: &Ranking) -> Markup {
             }
             tbody {
                 tr {
-                    th.text { "Cramér–Rao bound" }
+                    th.text style="white-space: nowrap" { "Cramér–Rao bound" }
                     td { (number(bound.deploy[0], 1)) } td { (number(bound.deploy[1], 3)) } td { "1" } td { "1" }
                     td { (number(bound.flight[0], 1)) } td { (number(bound.flight[1], 3)) }
                     @for _ in 0..8 { td {} }
                 }
                 @for p in &ranking.filters {
                     tr {
-                        th.text title=(p.title) { (p.filter) }
+                        th.text title=(p.title) style="white-space: nowrap" { (p.filter) }
                         td { (number(p.deploy[0], 1)) } td { (number(p.deploy[1], 3)) }
                         td { (number(p.over_bound[0], 2)) } td { (number(p.over_bound[1], 2)) }
                         td { (number(p.flight[0], 1)) } td { (number(p.flight[1], 3)) }
                         td { (of(p.nees, 2)) } td { (of(p.nees_inside_pct, 1)) }
                         td { (p.given_up) }
                         td { (of(p.miss_m.map(|m| m[0]), 0)) } td { (of(p.miss_m.map(|m| m[1]), 0)) }
-                        td { @if let Some(opened) = p.opened { (opened) " of " (p.flights) } @else { "–" } }
+                        td { @if let Some(opened) = p.opened { (opened) "/" (p.flights) } @else { "–" } }
                         td { (of(p.on_target.map(|cost| f64::from(cost.navigation_per_second) * 1e-3), 0)) }
                         td { (of(p.on_target.map(|cost| f64::from(cost.worst_frame) * 1e-3), 1)) }
                     }
