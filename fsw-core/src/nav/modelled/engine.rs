@@ -2,21 +2,19 @@
 //! and asked what it knows.
 
 use super::design::{Design, EXPERTS, Family, PARAMETERS, STATES, WITH_PARAMETERS, expert_parameters, expert_sigma};
+use super::divided::{choose_order, correct_together};
+use super::linearised::{Look, correct, correct_expert, predict, predict_expert};
+use super::start::{spread_experts, start_bank, started};
 use super::watch::GivenUp;
 use super::window::Sight;
 use crate::link::parameters::{InitialKnowledge, NavigationParameters};
 use crate::math::fun::sqrt;
-use crate::nav::estimators::EstimatorError;
-use crate::nav::estimators::bank::{Bank, BankError};
-use crate::nav::estimators::divided::{Divided, Order, Settings, Stepped};
-use crate::nav::estimators::joint::{Joint, Seen, Transition};
+use crate::nav::estimators::bank::Bank;
+use crate::nav::estimators::divided::{Divided, Settings};
 use crate::nav::estimators::linear::{Innovation, Linear};
-use crate::nav::estimators::models::{AXES, Earlier, Near, Onboard, Reading, Sensor};
-use crate::nav::estimators::weights::{Channels, Rule, Weights};
+use crate::nav::estimators::models::{AXES, Near, Onboard};
+use crate::nav::estimators::weights::Channels;
 
-/// Derivatives by position, velocity and parameters, for all: those by the parameters cost a filter that does not need them
-/// a fifth more time, and a second width would cost 20 KB of flash.
-const WIDE: usize = STATES + PARAMETERS;
 /// Readings that are taken in together: the three axes of the accelerometer, or what radio and pressure bring.
 pub const BATCH: usize = AXES;
 
@@ -312,187 +310,7 @@ fn beyond(filter: &Linear<WITH_PARAMETERS>) -> Beyond {
     Beyond { log_density: Some((log_density, filter.sigma(STATES))), lift_error, accelerometer_bias_mps2: [x, y, z] }
 }
 
-fn first<const J: usize>(joint: &[f64; J]) -> [f64; STATES] {
+/// Position and velocity of a joint state.
+pub(super) fn first<const J: usize>(joint: &[f64; J]) -> [f64; STATES] {
     core::array::from_fn(|i| joint.get(i).copied().unwrap_or(0.0))
-}
-
-fn started<const J: usize>(
-    design: &Design,
-    state: &[f64; STATES],
-    knowledge: &InitialKnowledge,
-    parameters: &NavigationParameters,
-) -> Result<Linear<J>, EstimatorError> {
-    let mut joint = [0.0; J];
-    joint.iter_mut().zip(state).for_each(|(to, from)| *to = *from);
-    Linear::new(joint, &design.sigmas(knowledge, parameters), design.gains())
-}
-
-fn start_bank<const J: usize>(bank: &mut Bank<J, EXPERTS>, rule: Rule, first: &Linear<J>) -> Result<(), GivenUp> {
-    bank.start(first, Weights::new(rule, EXPERTS).map_err(BankError::Weights)?);
-    Ok(())
-}
-
-/// Experts that estimate the density begin around where those that do not stand.
-fn spread_experts(
-    bank: &mut Bank<WITH_PARAMETERS, EXPERTS>,
-    design: &Design,
-    state: &[f64; STATES],
-    knowledge: &InitialKnowledge,
-    parameters: &NavigationParameters,
-) -> Result<(), GivenUp> {
-    for expert in 0..EXPERTS {
-        let [stand, _] = expert_parameters(expert, parameters);
-        let mut joint = [0.0; WITH_PARAMETERS];
-        joint.iter_mut().zip(state.iter().chain([&stand])).for_each(|(to, from)| *to = *from);
-        let mut sigmas = design.sigmas(knowledge, parameters);
-        sigmas.iter_mut().skip(STATES).take(1).for_each(|sigma| *sigma = expert_sigma(parameters));
-        let linear = Linear::new(joint, &sigmas, design.gains())?;
-        bank.replace_expert(expert, &linear)?;
-    }
-    Ok(bank.fuse().map(|_| ())?)
-}
-
-/// The joint state of a design; the model comes in through [`Near`].
-fn joint_of(step: &Step<'_>, parameters: [f64; PARAMETERS]) -> Joint<'static, (), STATES, PARAMETERS, WIDE> {
-    Joint { model: &(), parameters, layout: step.design.layout(step.step_s, step.persistence) }
-}
-
-/// Density and lift as a joint state has them, or as the filter was told.
-fn parameters_of<const J: usize>(joint: &[f64; J], step: &Step<'_>, told: [f64; PARAMETERS]) -> [f64; PARAMETERS] {
-    if !step.design.carries_parameters() {
-        return told;
-    }
-    core::array::from_fn(|i| joint.get(STATES + i).copied().unwrap_or(0.0))
-}
-
-/// The step of a joint state.
-#[inline(never)]
-fn moved<const J: usize>(
-    near: &mut Near,
-    joint: &[f64; J],
-    step: &Step<'_>,
-    told: [f64; PARAMETERS],
-) -> Result<Transition<STATES, J>, EstimatorError> {
-    near.move_to(step.vehicle, &first(joint), &parameters_of(joint, step, told), step.step_s);
-    joint_of(step, told).step_of(joint, near.next(), near.rows())
-}
-
-#[inline(never)]
-fn predict<const J: usize>(filter: &mut Linear<J>, near: &mut Near, step: &Step<'_>) -> Result<(), EstimatorError> {
-    let noise = step.design.noise(step.step_s, step.force_mps2, step.persistence, step.parameters);
-    let moved = moved(near, filter.state(), step, [0.0; PARAMETERS])?;
-    filter.advance(&moved, &noise)
-}
-
-/// An expert that fails retires, and the others go on.
-#[inline(never)]
-fn predict_expert<const J: usize>(
-    bank: &mut Bank<J, EXPERTS>,
-    expert: usize,
-    near: &mut Near,
-    step: &Step<'_>,
-    parameters: [f64; PARAMETERS],
-) -> Result<(), BankError> {
-    let noise = step.design.noise(step.step_s, step.force_mps2, step.persistence, step.parameters);
-    let mut outcome = bank.mix_expert(expert);
-    if let (Ok(()), Some(there)) = (outcome, bank.expert(expert)) {
-        let moved = moved(near, there.state(), step, parameters);
-        outcome = bank.advance_expert(expert, moved, &noise);
-    }
-    spared(outcome).map(|_| ())
-}
-
-/// What one expert cannot do is not the bank's failure.
-fn spared<T>(outcome: Result<T, BankError>) -> Result<Option<T>, BankError> {
-    match outcome {
-        Ok(done) => Ok(Some(done)),
-        Err(BankError::Absent { .. } | BankError::Expert { .. }) => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// A reading, and all that it takes to take it in.
-struct Look<'a> {
-    near: &'a Near,
-    step: &'a Step<'a>,
-    sight: &'a Sight,
-    parameters: [f64; PARAMETERS],
-    gate_sigma: f64,
-}
-
-impl Look<'_> {
-    /// Innovation and derivatives at the state of the prediction, and the variance of the reading.
-    #[inline(never)]
-    fn at<const J: usize>(&self, anchor: &[f64; J]) -> Result<(Seen<J>, f64), EstimatorError> {
-        let Self { near, step, sight, parameters, .. } = self;
-        let line = near.see(&sight.quantity, sight.age_s, &first(anchor), &parameters_of(anchor, step, *parameters));
-        let joint = joint_of(step, *parameters);
-        let seen = joint.seen_of(anchor, line.value, &line.row, sight.quantity.bias_axis())?;
-        Ok((seen, sight.noise.variance(seen.expected)))
-    }
-}
-
-fn reading_of<'a>(sight: &Sight, earlier: &'a Earlier<'a>) -> Reading<Sensor<'a, Earlier<'a>>> {
-    let sensor = Sensor { vehicle: earlier, quantity: sight.quantity, noise: sight.noise };
-    Reading { sensor, value: sight.value }
-}
-
-#[inline(never)]
-fn correct<const J: usize>(filter: &mut Linear<J>, look: &Look<'_>) -> Result<Innovation, EstimatorError> {
-    let (seen, variance) = look.at(filter.anchor())?;
-    filter.absorb(look.sight.value - seen.expected, &seen.row, variance, look.gate_sigma)
-}
-
-#[inline(never)]
-fn correct_expert<const J: usize>(
-    bank: &mut Bank<J, EXPERTS>,
-    expert: usize,
-    look: &Look<'_>,
-) -> Result<Option<Innovation>, BankError> {
-    let Some(there) = bank.expert(expert) else { return Ok(None) };
-    spared(match look.at(there.anchor()) {
-        Ok((seen, variance)) => {
-            let innovation = look.sight.value - seen.expected;
-            bank.absorb_expert(expert, innovation, &seen.row, variance, look.gate_sigma)
-        }
-        // As a reading that is no number: refused by all alike.
-        Err(error) => Err(BankError::Expert { expert: u8::try_from(expert).unwrap_or(u8::MAX), error }),
-    })
-}
-
-/// P2's adaptive filter: the order of this step by the rank-sampled degree of nonlinearity.
-fn choose_order(filter: &mut Divided<STATES, PARAMETERS>, step: &Step<'_>) -> Result<(), EstimatorError> {
-    if let Family::Divided { by_ranks: Some(threshold), .. } = step.design.family {
-        let map = Stepped { process: step.vehicle, step_s: step.step_s };
-        let degree = filter.nonlinearity_by_ranks(&map)?;
-        filter.set_order(if degree > threshold { Order::Second } else { Order::First });
-    }
-    Ok(())
-}
-
-/// Divided differences take readings in together: their gain is that of the batch.
-#[inline(never)]
-fn correct_together(
-    filter: &mut Divided<STATES, PARAMETERS>,
-    step: &Step<'_>,
-    sights: &[Sight],
-    acceleration_mps2: &[f64; AXES],
-    gate_sigma: f64,
-    told: &mut Told,
-) -> Result<(), EstimatorError> {
-    let [a, b, c] = core::array::from_fn(|i| Earlier {
-        vehicle: step.vehicle,
-        age_s: sights.get(i).map_or(0.0, |sight| sight.age_s),
-        acceleration_mps2: *acceleration_mps2,
-    });
-    let done = match sights {
-        [] => return Ok(()),
-        [x] => filter.correct::<_, BATCH>(&[reading_of(x, &a)], gate_sigma)?,
-        [x, y] => filter.correct::<_, BATCH>(&[reading_of(x, &a), reading_of(y, &b)], gate_sigma)?,
-        [x, y, z, ..] => {
-            filter.correct::<_, BATCH>(&[reading_of(x, &a), reading_of(y, &b), reading_of(z, &c)], gate_sigma)?
-        }
-    };
-    told.iter_mut().zip(done.innovations()).for_each(|(told, innovation)| *told = Some(*innovation));
-    Ok(())
 }

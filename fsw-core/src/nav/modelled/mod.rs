@@ -10,48 +10,34 @@
 //! the last frame what was found is carried to the present by the model, 0.1 s late.
 
 pub mod design;
+mod divided;
 pub mod engine;
+mod gather;
+mod linearised;
+mod start;
 pub mod watch;
 pub mod window;
+mod work;
 
-use design::{Design, EXPERTS, STATES, as_white};
-use engine::{BATCH, Beyond, Engine, Step};
+use design::{Design, STATES};
+use engine::{Beyond, Engine};
 use watch::{GivenUp, Watch};
-use window::{MAX_SIGHTS, Sight, Window};
+use window::Window;
 
 use super::filter::measurement::Queue;
-use super::filter::pressure::Pitot;
-use super::filter::{FRAMES_PER_EPOCH, Learned, Uncertainty, radio};
+use super::filter::{FRAMES_PER_EPOCH, Learned, Uncertainty};
 use super::strapdown::{Nominal, StepRecord};
-use crate::frames::{Inertial, Vec3, bank_from_attitude};
-use crate::link::packet::{Innovation, MeasurementKind, Verdict};
+use crate::frames::{Vec3, bank_from_attitude};
+use crate::link::packet::Innovation;
 use crate::link::parameters::{InitialKnowledge, NavigationParameters};
-use crate::math::fun::{exp, ln, sin_cos, sqrt};
-use crate::math::num::{abs, all_finite, max};
+use crate::math::fun::{sin_cos, sqrt};
+use crate::math::num::{all_finite, max};
 use crate::model::OnboardModel;
 use crate::model::orbiter::SourceState;
-use crate::nav::estimators::models::{AXES, Noise, Onboard, Process, Quantity};
-use crate::nav::estimators::weights::{Channels, Rule};
+use crate::nav::estimators::models::{AXES, Onboard, Process};
 use crate::probe::{Kernel, Probe};
 use crate::sensors::Batch;
-use crate::time::{FRAME, MissionTime};
-
-/// Epochs before the input of a self-calibrating filter is at work: 20 s, after the first pull-in (P1 starts at the third).
-const CALIBRATION_EPOCHS: u16 = 200;
-/// Readings taken in in the third frame of a window; the rest in the fourth.
-const EARLY_SIGHTS: usize = 2 * BATCH;
-/// Experts of a bank worked on in one frame, and the frames that takes.
-const EXPERTS_PER_FRAME: usize = 2;
-/// Of a window; the last frame is for the fusion.
-const FRAMES_OF_EXPERTS: usize = EXPERTS.div_ceil(EXPERTS_PER_FRAME);
-/// The expert whose innovations are told: it believes in the onboard model.
-const MIDDLE_EXPERT: usize = EXPERTS / 2;
-/// P3's units of dynamic pressure (Pa), acceleration (m/s²), range (m) and range-rate (m/s).
-const CHANNEL_UNITS: Channels = [636.0, 3.711, 3.711, 3.711, 3_389_500.0, 3_546.6];
-/// Time between epochs, s; pressure comes as often.
-const EPOCH_S: f64 = 0.1;
-/// White noise that a pressure reading has at least, as a share: no transducer and no pitot formula is exact.
-const MIN_PRESSURE_SHARE: f64 = 1e-3;
+use crate::time::FRAME;
 
 /// A model-based filter and its work space, in place.
 #[derive(Clone, Debug)]
@@ -218,208 +204,6 @@ impl Modelled {
         let (r_i, v_rel) = (Vec3::new(x, y, z), Vec3::new(vx + y * spin, vy - x * spin, vz));
         let (sine, cosine) = sin_cos(bank_from_attitude(&flown.after.attitude_bi, &r_i, &v_rel).unwrap_or(0.0));
         (cosine, sine)
-    }
-
-    /// Readings of this frame.
-    #[inline(never)]
-    fn gather(&mut self, batch: &Batch, sources: &mut [SourceState], lent: &Lent<'_>) {
-        let frames_left = FRAMES_PER_EPOCH.saturating_sub(1).saturating_sub(self.frame);
-        let age_s = f64::from(frames_left) * FRAME.as_s();
-        if let Some(p) = &batch.pressure {
-            self.gather_pressure(p.time, p.stagnation_pa, age_s, lent);
-        }
-        for (measured, state) in batch.radio.iter().zip(sources.iter_mut()) {
-            let Some(m) = measured else { continue };
-            let found = state.at(&lent.model.planet, m.time);
-            let quantities = found.map(|(r_s, v_s)| {
-                let (source_m, source_mps) = (r_s.to_array(), v_s.to_array());
-                (Quantity::Range { source_m }, Quantity::RangeRate { source_m, source_mps }, r_s)
-            });
-            let nowhere = Quantity::Range { source_m: [0.0; AXES] };
-            let (range, rate, seen) = match quantities {
-                Ok((range, rate, r_s)) => (range, rate, self.sees(state, &r_s, lent)),
-                Err(_) => (nowhere, nowhere, false),
-            };
-            for (kind, quantity, value, sigma) in [
-                (MeasurementKind::Range, range, m.range_m, lent.parameters.range_noise_m),
-                (MeasurementKind::RangeRate, rate, m.range_rate_mps, lent.parameters.range_rate_noise_mps),
-            ] {
-                let noise = Noise::of(sigma);
-                self.take(Sight { time: m.time, kind, source: m.source, quantity, noise, value, age_s }, seen);
-            }
-        }
-    }
-
-    fn sees(&self, state: &SourceState, r_s: &Vec3<Inertial>, lent: &Lent<'_>) -> bool {
-        let [x, y, z, ..] = self.now;
-        let r_i = Vec3::new(x, y, z);
-        (r_i - *r_s).unit().is_some_and(|u| radio::is_visible(state, &r_i, r_s, &u, lent.parameters))
-    }
-
-    /// A stagnation pressure, as its logarithm: what is known of its noise is relative, and it is linear in altitude then.
-    fn gather_pressure(&mut self, time: MissionTime, value_pa: f64, age_s: f64, lent: &Lent<'_>) {
-        let [x, y, z, vx, vy, vz] = self.now;
-        let planet = &lent.model.planet;
-        let altitude_m = Vec3::<Inertial>::new(x, y, z).norm() - planet.radius_m;
-        let spin = planet.rotation_radps;
-        let speed_mps = Vec3::<Inertial>::new(vx + y * spin, vy - x * spin, vz).norm();
-        let pitot = Pitot::at(lent.model, altitude_m, speed_mps);
-        let [log_density, _] = self.path_parameters();
-        let density = lent.model.atmosphere.density(altitude_m) * exp(log_density);
-        let dynamic_pa = 0.5 * density * speed_mps * speed_mps;
-        let p = lent.parameters;
-        let offset = p.pressure_offset_sigma_pa / max(value_pa, p.pressure_min_dynamic_pa);
-        let constant = p.pressure_scale_sigma * p.pressure_scale_sigma + offset * offset;
-        let share = sqrt(p.pressure_noise * p.pressure_noise + as_white(constant) / EPOCH_S);
-        let (static_square, coefficient) = (pitot.static_square(), pitot.coefficient);
-        let sight = Sight {
-            time,
-            kind: MeasurementKind::Pressure,
-            source: 0,
-            quantity: Quantity::LogPressure { static_square, coefficient },
-            noise: Noise::of(max(share, MIN_PRESSURE_SHARE)),
-            value: ln(max(value_pa, f64::MIN_POSITIVE)),
-            age_s,
-        };
-        self.take(sight, dynamic_pa >= p.pressure_min_dynamic_pa && value_pa > 0.0);
-    }
-
-    fn take(&mut self, sight: Sight, valid: bool) {
-        if valid && sight.value.is_finite() {
-            self.window.sights.push(sight);
-        } else {
-            self.innovations.push(sight.record(0.0, 0.0, Verdict::OutOfValidity));
-        }
-    }
-
-    /// This frame's part of the work on the window before.
-    fn slice(&mut self, lent: &Lent<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
-        let length_s = self.job.length_s();
-        if length_s <= 0.0 || self.given_up().is_some() {
-            return Ok(());
-        }
-        let vehicle = Onboard::new(lent.model, self.job.bank(), self.job.body_axes());
-        let [x, y, z, vx, vy, vz] = self.engine.state();
-        let radial = (x * vx + y * vy + z * vz) / Vec3::<Inertial>::new(x, y, z).norm();
-        let persistence = exp(-abs(radial) * length_s / lent.parameters.log_density_length_m);
-        let step = Step {
-            vehicle: &vehicle,
-            design: lent.design,
-            parameters: lent.parameters,
-            step_s: length_s,
-            force_mps2: self.job.force_mps2(),
-            persistence,
-        };
-        if self.engine.experts() > 0 {
-            return self.work_on_bank(&step, probe);
-        }
-        match self.frame {
-            0 => {
-                if self.epochs < CALIBRATION_EPOCHS && matches!(lent.design.family, design::Family::Tied(_)) {
-                    self.engine.forget_input();
-                }
-                self.predict(&step, probe)?;
-            }
-            1 => self.correct_by_force(&step, probe)?,
-            2 => self.correct_some(0, EARLY_SIGHTS, &step, true, probe)?,
-            3 => self.correct_some(EARLY_SIGHTS, MAX_SIGHTS, &step, true, probe)?,
-            _ => self.finish(lent),
-        }
-        Ok(())
-    }
-
-    /// A bank of filters: some experts in each frame but the last, one after the other from prediction to last reading.
-    #[inline(never)]
-    fn work_on_bank(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
-        let frame = usize::from(self.frame);
-        if frame >= FRAMES_OF_EXPERTS {
-            self.engine.fuse()?;
-            self.epochs = self.epochs.saturating_add(1);
-            self.publish(step.design, step.parameters);
-            return Ok(());
-        }
-        let first = frame * EXPERTS_PER_FRAME;
-        for expert in first..first + EXPERTS_PER_FRAME {
-            if expert < self.engine.experts() {
-                self.engine.turn_to(expert);
-                self.predict(step, probe)?;
-                self.correct_by_force(step, probe)?;
-                self.correct_some(0, MAX_SIGHTS, step, expert == MIDDLE_EXPERT, probe)?;
-            }
-        }
-        if frame + 1 == FRAMES_OF_EXPERTS {
-            self.engine.weigh(&self.channels(step.design))?;
-        }
-        Ok(())
-    }
-
-    /// The readings of the window as a gating network sees them: P3 brings them to order one, and the bare form does not.
-    fn channels(&self, design: &Design) -> Channels {
-        let [fx, fy, fz] = self.job.specific_force_mps2().unwrap_or([0.0; AXES]);
-        let value = |kind| self.job.sights.items().iter().find(|sight| sight.kind == kind).map_or(0.0, |s| s.value);
-        let pressure = self.job.sights.items().iter().find(|sight| sight.kind == MeasurementKind::Pressure);
-        let pressure_pa = pressure.map_or(0.0, |sight| exp(sight.value));
-        let raw = [pressure_pa, fx, fy, fz, value(MeasurementKind::Range), value(MeasurementKind::RangeRate)];
-        if matches!(design.family, design::Family::Bank(Rule::BareGating { .. })) {
-            return raw;
-        }
-        let mut scaled = raw;
-        scaled.iter_mut().zip(CHANNEL_UNITS).for_each(|(channel, unit)| *channel /= unit);
-        scaled
-    }
-
-    #[inline(never)]
-    fn predict(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
-        self.engine.predict(step)?;
-        self.acceleration_mps2 = step.vehicle.total_acceleration(&self.engine.working_state(), &self.path_parameters());
-        probe.kernel_done(Kernel::FilterPredict, 1);
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn correct_by_force(&mut self, step: &Step<'_>, probe: &mut impl Probe) -> Result<(), GivenUp> {
-        let Some([x, y, z]) = self.job.specific_force_mps2() else { return Ok(()) };
-        let sigma = step.design.force_reading_sigma(step.step_s, step.force_mps2, step.parameters);
-        let sight = |axis, value| Sight {
-            time: MissionTime::ZERO,
-            kind: MeasurementKind::default(),
-            source: 0,
-            quantity: Quantity::SpecificForce { axis },
-            noise: Noise::of(sigma),
-            value,
-            age_s: 0.5 * step.step_s,
-        };
-        let sights = [sight(0, x), sight(1, y), sight(2, z)];
-        self.engine.correct(step, &sights, &self.acceleration_mps2, step.parameters.gate_sigma)?;
-        probe.kernel_done(Kernel::FilterUpdate, AXES as u32);
-        Ok(())
-    }
-
-    /// Radio and pressure from index `first` up to `end`, in batches.
-    #[inline(never)]
-    fn correct_some(
-        &mut self,
-        first: usize,
-        end: usize,
-        step: &Step<'_>,
-        is_told: bool,
-        probe: &mut impl Probe,
-    ) -> Result<(), GivenUp> {
-        let Self { engine, job, innovations, acceleration_mps2, .. } = self;
-        let sights = job.sights.items();
-        let some = sights.get(first..).unwrap_or_default();
-        let some = some.get(..end.saturating_sub(first)).unwrap_or(some);
-        for batch in some.chunks(BATCH) {
-            let told = engine.correct(step, batch, acceleration_mps2, step.parameters.gate_sigma)?;
-            for (sight, told) in batch.iter().zip(told.iter().flatten()) {
-                if is_told {
-                    let verdict = if told.used { Verdict::Used } else { Verdict::Gated };
-                    innovations.push(sight.record(told.value, told.variance, verdict));
-                }
-                probe.kernel_done(Kernel::FilterUpdate, 1);
-            }
-        }
-        Ok(())
     }
 
     /// The work on a window is done.
