@@ -1,11 +1,11 @@
 //! The command line: what can be asked for, and how each option is read.
 
-use std::fmt;
-use std::path::PathBuf;
-use std::str::FromStr;
+mod names;
+mod places;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
 
 use fsw_core::link::parameters::NavigationMode;
 
@@ -13,8 +13,12 @@ use crate::campaign::arguments::{MOST_RUNS, threads, whole};
 use crate::rank::RankArgs;
 use crate::study::StudyCommand;
 use crate::sweep::Range;
-use crate::target::Target;
 use crate::wcet::args::WcetArgs;
+
+pub(crate) use names::navigation_name;
+pub use names::{GuidanceName, TriggerName};
+pub(crate) use places::is_device_and_baud;
+pub use places::{ComputerPlace, TruthPlace};
 
 /// Flies Mars entries with the flight software of this repository. Without a command it flies the scenario `msl`.
 #[derive(Debug, Parser)]
@@ -363,133 +367,6 @@ pub enum ScenarioCommand {
         #[arg(long = "set", value_name = "FIELD=VALUE")]
         set: Vec<String>,
     },
-}
-
-/// Names of the navigation algorithms as the command line takes them.
-pub(crate) fn navigation_name() -> impl TypedValueParser<Value = NavigationMode> {
-    let names = NavigationMode::ALL.iter().map(|mode| PossibleValue::new(mode.name()).help(mode.title()));
-    PossibleValuesParser::new(names).map(|name| {
-        let found = NavigationMode::ALL.iter().find(|mode| mode.name() == name);
-        found.copied().unwrap_or_default()
-    })
-}
-
-/// Guidance algorithms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum GuidanceName {
-    /// The predictor-corrector of the paper.
-    Paper,
-    /// The predictor rehearses the flight, in the air that it has learned.
-    Aeroshell,
-    /// The paper's predictor-corrector from waypoint to waypoint.
-    Segmented,
-    /// Predictions cut short at the waypoints' speeds, the rest of the range by table.
-    SegmentedTable,
-    /// Terminal-point guidance derived from that of Apollo.
-    Apollo,
-}
-
-impl GuidanceName {
-    /// The name in a scenario file.
-    #[must_use]
-    pub fn field_value(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Aeroshell => "aeroshell",
-            Self::Segmented => "segmented",
-            Self::SegmentedTable => "segmented-table",
-            Self::Apollo => "apollo",
-        }
-    }
-}
-
-/// Parachute triggers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TriggerName {
-    /// Planet-relative speed.
-    Speed,
-    /// Target abeam, within the speed window.
-    Range,
-}
-
-impl TriggerName {
-    /// The name in a scenario file.
-    #[must_use]
-    pub fn field_value(self) -> &'static str {
-        match self {
-            Self::Speed => "speed",
-            Self::Range => "range",
-        }
-    }
-}
-
-/// Where the flight computer runs.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum ComputerPlace {
-    /// In this process.
-    #[default]
-    InProcess,
-    /// On an emulated processor.
-    Qemu(Target),
-    /// On a board behind a serial line, `DEVICE:BAUD`.
-    Serial(String),
-}
-
-impl FromStr for ComputerPlace {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let bad = || "expected in-process, qemu:m7, qemu:rv64 or serial:DEVICE:BAUD".to_owned();
-        match text.split_once(':') {
-            None if text == "in-process" => Ok(Self::InProcess),
-            Some(("qemu", target)) => target.parse().map(Self::Qemu).map_err(|_| bad()),
-            Some(("serial", line)) if is_device_and_baud(line) => Ok(Self::Serial(line.to_owned())),
-            _ => Err(bad()),
-        }
-    }
-}
-
-impl fmt::Display for ComputerPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::InProcess => f.write_str("in-process"),
-            Self::Qemu(target) => write!(f, "qemu:{target}"),
-            Self::Serial(line) => write!(f, "serial:{line}"),
-        }
-    }
-}
-
-pub(crate) fn is_device_and_baud(line: &str) -> bool {
-    line.rsplit_once(':').is_some_and(|(device, baud)| !device.is_empty() && baud.parse::<u32>().is_ok_and(|b| b > 0))
-}
-
-/// Where the truth simulator runs.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum TruthPlace {
-    /// In this process.
-    #[default]
-    InProcess,
-    /// A `hil-sim --listen` at `HOST:PORT`.
-    Tcp(String),
-    /// A `hil-sim` process started for this flight, over a pseudo-terminal.
-    Pty,
-}
-
-impl FromStr for TruthPlace {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        match text.split_once(':') {
-            None if text == "in-process" => Ok(Self::InProcess),
-            None if text == "pty" => Ok(Self::Pty),
-            Some(("tcp", address)) if is_host_and_port(address) => Ok(Self::Tcp(address.to_owned())),
-            _ => Err("expected in-process, tcp:HOST:PORT or pty".to_owned()),
-        }
-    }
-}
-
-fn is_host_and_port(address: &str) -> bool {
-    address.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|p| p > 0))
 }
 
 #[cfg(test)]

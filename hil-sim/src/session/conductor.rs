@@ -5,22 +5,23 @@
 //! nothing came in time. The same object flies in-process, over TCP, a pty or a serial line.
 
 use fsw_core::config::Config;
-use fsw_core::link::framing::{FrameBytes, MAX_FRAME, encode_frame};
+use fsw_core::link::framing::{FrameBytes, MAX_FRAME};
 use fsw_core::link::packet::{
-    self, Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Injection, Pace, Refusal, RejectCounters, Uplink,
+    Actuator, Command, CommandOutcome, Downlink, Frame, Hello, Pace, Refusal, RejectCounters, Uplink,
 };
-use fsw_core::link::parameters::{BlockId, InitialKnowledge, NavigationMode, ParameterBlock};
+use fsw_core::link::parameters::{BlockId, ParameterBlock};
 use fsw_core::link::receiver::{Receiver, Sender};
-use fsw_core::time::{FRAMES_PER_SECOND, MissionTime};
+use fsw_core::time::MissionTime;
 
 use super::SessionError;
+use super::plan::Plan;
+use super::plant::Plant;
 use super::refusal;
 use super::uplink::Uplink as Line;
 use crate::case::Case;
-use crate::noise::Stream;
-use crate::scenario::{Fault, FaultKind, Scenario};
+use crate::scenario::Scenario;
 use crate::sensors::SensorFaults;
-use crate::truth::{FramePackets, Truth};
+use crate::truth::Truth;
 
 /// Identity that the conductor gives in its greeting.
 const BUILD_ID: u64 = 0;
@@ -30,39 +31,6 @@ const MAX_REPEATS: u32 = 5;
 const MAX_GREETINGS: u32 = 60;
 /// Frames in a row without an actuator command after which the flight computer counts as lost.
 const MAX_SILENT_FRAMES: u32 = 500;
-
-/// The filter factors its initial variances: exact knowledge is told as nearly exact (m, m/s, rad).
-const LEAST_SIGMA: f64 = 1e-6;
-
-/// What the conductor flies.
-pub trait Plant {
-    /// One minor frame under a bank command.
-    fn advance(&mut self, bank_accel_radps2: f64, bank_rate_radps: f64);
-    /// What the sensors said at its end.
-    fn packets(&self) -> &FramePackets;
-    /// The true state.
-    fn truth(&self) -> packet::Truth;
-    /// Altitude over the reference sphere, m.
-    fn altitude_m(&self) -> f64;
-}
-
-impl Plant for Truth {
-    fn advance(&mut self, bank_accel_radps2: f64, bank_rate_radps: f64) {
-        Self::advance(self, bank_accel_radps2, bank_rate_radps);
-    }
-
-    fn packets(&self) -> &FramePackets {
-        self.frame_packets()
-    }
-
-    fn truth(&self) -> packet::Truth {
-        self.packet()
-    }
-
-    fn altitude_m(&self) -> f64 {
-        Self::altitude_m(self)
-    }
-}
 
 /// How a flight ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,38 +73,6 @@ pub struct Status {
     pub time_s: f64,
     /// How it ended, if it has.
     pub finished: Option<End>,
-}
-
-/// What a session needs to know besides the plant.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    /// Parameter blocks in the order of the digest.
-    pub blocks: Vec<ParameterBlock>,
-    /// Longest flight, s.
-    pub time_limit_s: f64,
-    /// Faults of the sensors and of the uplink; both happen here.
-    pub faults: Vec<Fault>,
-    /// Randomness of corrupted packets.
-    pub noise: Stream,
-    /// Whether true states that the flight software does not use are sent too, for a recorder on the way.
-    pub truth_tap: bool,
-}
-
-impl Plan {
-    /// The plan of one run of a scenario.
-    #[must_use]
-    pub fn new(scenario: &Scenario, knowledge: InitialKnowledge, noise: Stream) -> Self {
-        let mut blocks = scenario.parameter_blocks();
-        let knowledge = InitialKnowledge {
-            position_sigma_m: knowledge.position_sigma_m.max(LEAST_SIGMA),
-            velocity_sigma_mps: knowledge.velocity_sigma_mps.max(LEAST_SIGMA),
-            attitude_sigma_rad: knowledge.attitude_sigma_rad.max(LEAST_SIGMA),
-            ..knowledge
-        };
-        let at = blocks.iter().position(|b| matches!(b, ParameterBlock::Navigation(_))).unwrap_or(blocks.len());
-        blocks.insert(at, ParameterBlock::InitialKnowledge(knowledge));
-        Self { blocks, time_limit_s: scenario.time_limit_s, faults: scenario.fault.clone(), noise, truth_tap: true }
-    }
 }
 
 /// See the [module](self).
@@ -417,81 +353,6 @@ impl<P: Plant> Conductor<P> {
         }
     }
 
-    fn begin_flight(&mut self) {
-        self.send_truth();
-        self.go_on = true;
-    }
-
-    /// Takes the command of a frame; the parachute ends the flight.
-    fn commanded(&mut self, actuator: &Actuator) {
-        self.silent_frames = 0;
-        // Not finite is not obeyed: the truth must survive any flight software.
-        if actuator.bank_accel_radps2.is_finite() && actuator.bank_rate_radps.is_finite() {
-            self.command = *actuator;
-        }
-        if actuator.discretes & Actuator::MORTAR_FIRE != 0 {
-            self.finish(End::Deployed);
-        } else if actuator.frame >= self.frame {
-            self.go_on = true;
-        }
-    }
-
-    fn fly_one_frame(&mut self) {
-        if self.plant.altitude_m() <= 0.0 {
-            return self.finish(End::Ground);
-        }
-        if self.now().as_s() >= self.plan.time_limit_s {
-            return self.finish(End::TimeLimit);
-        }
-        self.plant.advance(self.command.bank_accel_radps2, self.command.bank_rate_radps);
-        self.frame += 1;
-        self.go_on = false;
-        self.send_truth();
-        self.inject_overruns();
-        let mut packets = self.plant.packets().clone();
-        self.sensor_faults.strike(self.now().as_s(), &mut packets);
-        let FramePackets { pressure, radio, imu } = packets;
-        let measurements = pressure.map(Uplink::Pressure).into_iter().chain(radio.into_iter().map(Uplink::Radio));
-        self.line.begin_frame(self.now().as_s(), &mut self.pending);
-        for packet in measurements.chain([Uplink::Imu(imu)]) {
-            let mut room: FrameBytes = [0; MAX_FRAME];
-            // Every packet fits its own maximum size.
-            if let Ok(bytes) = self.sender.encode(self.now(), &packet, &mut room) {
-                self.line.send(bytes, &mut self.pending);
-            }
-        }
-        if !self.line.end_frame(&mut self.pending) {
-            // The flight computer will not see this frame end: no use to wait for its answer.
-            self.go_on = true;
-        }
-    }
-
-    /// Tells the flight computer of the overruns that begin with this frame; its reply is not waited for.
-    fn inject_overruns(&mut self) {
-        let (now_s, before_s) = (self.now().as_s(), MissionTime::of_frame(self.frame.saturating_sub(1)).as_s());
-        let begins = |f: &&Fault| f.acts_at(now_s) && (self.frame == 1 || !f.acts_at(before_s));
-        let overruns = self.plan.faults.iter().filter(|f| f.kind == FaultKind::Overrun).filter(begins);
-        // Beyond the range of an integer the cast stays at its end.
-        let frames = overruns.map(|f| (f.duration_s * f64::from(FRAMES_PER_SECOND)).round() as u16).max();
-        if let Some(frames) = frames {
-            self.send(Uplink::Command(Command::Inject(Injection::Overrun { frames })));
-        }
-    }
-
-    /// The true state: part of the link for ideal navigation, else a tap outside the numbering.
-    fn send_truth(&mut self) {
-        let truth = Uplink::Truth(self.plant.truth());
-        if self.config.modes.navigation == NavigationMode::Ideal {
-            self.send(truth);
-        } else if self.plan.truth_tap {
-            let mut room: FrameBytes = [0; MAX_FRAME];
-            // Every packet fits its own maximum size.
-            if let Ok(bytes) = encode_frame(&Frame { sequence: 0, time: self.now(), packet: truth }, &mut room) {
-                self.pending.extend_from_slice(bytes);
-            }
-        }
-    }
-
     fn send(&mut self, packet: Uplink) {
         let mut room: FrameBytes = [0; MAX_FRAME];
         if let Ok(bytes) = self.sender.encode(self.now(), &packet, &mut room) {
@@ -519,6 +380,8 @@ fn id_of(block: &ParameterBlock) -> BlockId {
         ParameterBlock::Control(_) => BlockId::Control,
     }
 }
+
+mod flight;
 
 #[cfg(test)]
 #[path = "conductor_tests.rs"]

@@ -1,7 +1,10 @@
-use fsw_core::link::packet::{Imu, Pressure, Radio};
+use fsw_core::link::packet::{Imu, Injection, Pressure, Radio};
 
 use super::super::scripted::Scripted;
 use super::*;
+use crate::noise::Stream;
+use crate::truth::FramePackets;
+use fsw_core::link::packet;
 
 /// A plant that falls a metre a frame and counts.
 struct Stone {

@@ -3,6 +3,8 @@
 pub mod bench;
 mod conductor;
 mod error;
+mod plan;
+mod plant;
 mod pump;
 mod refusal;
 mod remote;
@@ -10,8 +12,10 @@ mod remote;
 mod scripted;
 mod uplink;
 
-pub use conductor::{Conductor, End, Phase, Plan, Plant, Status};
+pub use conductor::{Conductor, End, Phase, Status};
 pub use error::SessionError;
+pub use plan::Plan;
+pub use plant::Plant;
 pub use pump::{Pace, pump};
 pub use remote::{RemoteTruth, TruthEnd};
 pub use uplink::BYTES_PER_FRAME;
