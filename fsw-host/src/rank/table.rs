@@ -129,6 +129,19 @@ impl Ranking {
         Self { case, bound, filters: placed }
     }
 
+    /// Numbers that are none and covariances that are not positive definite, in a sentence.
+    pub(super) fn failures(&self) -> String {
+        let failed = self.filters.iter().filter(|placed| placed.not_finite > 0 || placed.indefinite_pct > 0.0);
+        let told: Vec<String> = failed
+            .map(|p| format!("{}: {} estimates, {:.2} % of the epochs", p.filter, p.not_finite, p.indefinite_pct))
+            .collect();
+        if told.is_empty() {
+            "No filter gave an estimate that is no number, or a covariance that is not positive definite.".to_owned()
+        } else {
+            format!("Estimates that are no number, and epochs with an indefinite covariance: {}.", told.join("; "))
+        }
+    }
+
     /// Whether every filter that is no teaching baseline stayed with numbers and sound covariances, and ended its flights.
     #[must_use]
     pub fn is_sound(&self) -> bool {
@@ -228,6 +241,7 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
                 number(p.on_target.map(|cost| f64::from(cost.worst_frame) * 1e-3), 1),
             );
         }
+        let _ = writeln!(out, "  {}", ranking.failures());
     }
     out.push_str(
         "\n  M7: thousands of instructions, not cycles: navigation over a second, and the worst minor frame with all in it\n",
