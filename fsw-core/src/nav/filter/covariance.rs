@@ -12,8 +12,9 @@ const RELATIVE_PIVOT: f64 = 1e-12;
 /// It is then raised to this many times the limit, so that rounding does not bring it back below.
 const RAISE: f64 = 10.0;
 
-/// Columns that the first frame of a prediction takes: with the rest, the rows and the checks, the second costs as much.
-const EARLY_COLUMNS: usize = 20;
+/// Columns that the first frame of a prediction takes. The second, with the rest, the rows and the checks, costs a little less:
+/// guidance, which begins its cycle in the frame before the first, has more to do in it.
+const EARLY_COLUMNS: usize = 25;
 
 /// Elements that one check eliminates at most: as many as the first pivot takes.
 const ELEMENTS_PER_CHECK: usize = elements(0);
@@ -180,10 +181,11 @@ impl Covariance {
     }
 
     /// Restores the covariance of an epoch where it is plainly unsound; true when it did. Numbers that are not finite, or so
-    /// large that a row's sum is not, restart it; a variance that is not positive begins again at that of the start.
+    /// large that a row's sum is not, restart it; a variance that is not positive begins again at that of the start. Only the
+    /// rows of what moves are summed: what is not finite elsewhere comes into them with the next reading.
     pub fn check(&mut self) -> bool {
         let upper = |(i, row): (usize, &Full)| sum(row.get(i..).unwrap_or_default()).is_finite();
-        let mut mended = !self.rows.iter().enumerate().all(upper);
+        let mut mended = !self.rows.iter().take(MOVING).enumerate().all(upper);
         if mended {
             self.restart();
         }
