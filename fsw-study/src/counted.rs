@@ -58,7 +58,7 @@ fn sekf(told: &mut impl FnMut(&Counted<'_>)) {
     let whole = Draw::new(&config, &suite, SEED, 0);
     let setup =
         sekf::filters::Setup { config: &config, suite: &suite, model: config.truth.model(config.experiment.bank_deg) };
-    for kind in &config.filters.flown {
+    for kind in &config.filters.fly {
         let ready = |steps: usize, go: &mut dyn FnMut(Flight<'_>)| {
             let truth = whole.truth.iter().copied().take(steps).collect();
             let draw = Draw { truth, readings: whole.readings.iter().take(steps).cloned().collect() };
@@ -101,7 +101,7 @@ fn mmae(scenario: mmae::filters::Scenario, told: &mut impl FnMut(&Counted<'_>)) 
         };
         told(&Counted { study, filter: label, steps, ready: &ready });
     };
-    for name in &config.filters {
+    for name in &config.filters.fly {
         let rules = shared_rules(&config, &[*name], &config.bank.rates);
         for rule in &rules {
             hand_over(&rule.0, &|sight| sight.constants(&config.bank.densities, core::slice::from_ref(rule)));

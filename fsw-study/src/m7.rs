@@ -48,7 +48,7 @@ mod tests {
         sekf.sensors.beacons_km.truncate(1);
         assert!(!sekf.has_recorded_cost());
         let mut mmae = crate::mmae::config::Config::default();
-        mmae.filters.truncate(2);
+        mmae.filters.fly.truncate(2);
         assert!(mmae.has_recorded_cost());
         mmae.bank.densities.truncate(3);
         assert!(!mmae.has_recorded_cost());

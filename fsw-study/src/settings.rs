@@ -33,7 +33,7 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
 /// It is not TOML, or has a field that is unknown or of another type.
 pub fn parse_over_defaults<T: DeserializeOwned + Serialize + Default>(text: &str) -> Result<T, String> {
     let mut whole = toml::Table::try_from(T::default()).map_err(|e| e.to_string())?;
-    lay_over(&mut whole, table(text)?);
+    lay_over(&mut whole, table(text)?, "")?;
     typed(whole)
 }
 
@@ -45,13 +45,26 @@ pub fn write<T: Serialize>(settings: &T) -> Result<String, String> {
     toml::to_string(settings).map_err(|e| e.to_string())
 }
 
-fn lay_over(under: &mut toml::Table, over: toml::Table) {
+/// A table is laid over the table of its place, field by field; `within` is the path of both, with a dot at its end.
+fn lay_over(under: &mut toml::Table, over: toml::Table, within: &str) -> Result<(), String> {
     for (key, value) in over {
         match (under.get_mut(&key), value) {
-            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => lay_over(below, above),
+            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => {
+                lay_over(below, above, &format!("{within}{key}."))?;
+            }
+            (Some(toml::Value::Table(_)), value) => {
+                return Err(format!("{within}{key} must be a table, not {}", with_article(value.type_str())));
+            }
             (_, value) => drop(under.insert(key, value)),
         }
     }
+    Ok(())
+}
+
+/// "an array", "a string".
+fn with_article(name: &str) -> String {
+    let article = if name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {name}")
 }
 
 fn table(text: &str) -> Result<toml::Table, String> {
@@ -151,7 +164,9 @@ mod tests {
         expected.second.low = 0.0;
         assert_eq!(parse_over_defaults::<Two>("second.low = 0").unwrap(), expected);
         assert_eq!(parse::<Two>(&write(&expected).unwrap()).unwrap(), expected);
-        for (text, words) in [("[third]", "third"), ("first = 1", "first"), ("first.mid = 1", "mid")] {
+        for (text, words) in
+            [("[third]", "third"), ("first = 1", "first must be a table, not an integer"), ("first.mid = 1", "mid")]
+        {
             let said = parse_over_defaults::<Two>(text).unwrap_err();
             assert!(!said.contains('\n') && said.contains(words), "{said}");
         }

@@ -16,7 +16,7 @@ fn flown(case: &str, filters: &[Kind]) -> Vec<Outcome> {
     let tuned = TunedFile::shipped().expect("the shipped settings");
     let mut config = Config::default();
     assert_ne!(config.tuning.seed, SEED);
-    config.filters.flown = [&[Kind::Ekf], filters].concat();
+    config.filters.fly = [&[Kind::Ekf], filters].concat();
     let case = CASES.iter().find(|c| c.name == case).expect("a case that is flown");
     fly(case, (&config, &tuned.tuned), (SEED, RUNS)).filters
 }

@@ -3,7 +3,7 @@
 
 use fsw_study::mmae::bars::bars;
 use fsw_study::mmae::case::CaseResult;
-use fsw_study::mmae::config::{Config, FilterName, Reading};
+use fsw_study::mmae::config::{Config, FilterName, Filters, Reading};
 use fsw_study::mmae::{Study, cases};
 
 /// Seed of the runs; nothing was searched on any.
@@ -20,7 +20,7 @@ fn flown(config: &Config, name: &str, scenario: usize, runs: u64) -> CaseResult 
 #[test]
 fn the_bound_is_that_of_an_independent_implementation() {
     let config = |reading, rate_hz| {
-        let mut config = Config { filters: vec![FilterName::DeadReckoning], ..Config::default() };
+        let mut config = Config { filters: Filters { fly: vec![FilterName::DeadReckoning] }, ..Config::default() };
         (config.ranking.reading, config.ranking.rate_hz) = (reading, rate_hz);
         config
     };

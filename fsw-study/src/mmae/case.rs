@@ -215,7 +215,7 @@ impl Case {
             |run| self.run(config, seed, run),
             |run, (outcomes, limit)| {
                 for (at, outcome) in outcomes.iter().enumerate() {
-                    sums.entry(at).or_default().add(outcome, config.flight.diverged_m);
+                    sums.entry(at).or_default().add(outcome, config.flight.divergence_m);
                 }
                 if let Some(limit) = limit {
                     unknown.add(&limit.unknown);
@@ -315,7 +315,7 @@ fn add(sum: &mut [f64; STATE], more: impl Iterator<Item = f64>) {
 }
 
 impl Sums {
-    fn add(&mut self, outcome: &Outcome, diverged_m: f64) {
+    fn add(&mut self, outcome: &Outcome, divergence_m: f64) {
         if self.result.runs == 0 {
             self.result.label.clone_from(&outcome.label);
             self.first = Trace::of(outcome);
@@ -325,7 +325,7 @@ impl Sums {
         self.watched += outcome.watched;
         match (&outcome.failure, outcome.notes.split_last()) {
             (None, Some((end, before))) => {
-                self.end(end, outcome.nees, diverged_m);
+                self.end(end, outcome.nees, divergence_m);
                 self.remember(before);
             }
             (failure, _) => {
@@ -337,12 +337,12 @@ impl Sums {
         }
     }
 
-    fn end(&mut self, end: &Note, nees: Option<f64>, diverged_m: f64) {
+    fn end(&mut self, end: &Note, nees: Option<f64>, divergence_m: f64) {
         self.ended += 1;
         add(&mut self.squares, end.error.iter().map(|e| e * e));
         let distance = end.error.iter().take(3).map(|e| e * e).sum::<f64>().sqrt();
         // Written so that what is no number counts as far.
-        let is_near = distance <= diverged_m;
+        let is_near = distance <= divergence_m;
         self.result.diverged += u64::from(!is_near);
         if let Some(nees) = nees {
             self.nees = (self.nees.0 + nees, self.nees.1 + 1);

@@ -13,11 +13,11 @@ mod defaults;
 pub const MOST_MODELS: usize = 21;
 
 /// The whole study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Filters of the ranking, in the order of the tables.
-    pub filters: Vec<FilterName>,
+    /// Which filters are ranked.
+    pub filters: Filters,
     /// Where entries begin.
     pub entry: Entry,
     /// How long they fly and in which steps.
@@ -42,6 +42,14 @@ pub struct Config {
     pub ranking: Rated,
     /// Density in waves and a biased accelerometer.
     pub robust: Robust,
+}
+
+/// The filters of the ranking.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Filters {
+    /// Which are flown, in the order of the tables.
+    pub fly: Vec<FilterName>,
 }
 
 /// A filter of the study.
@@ -162,7 +170,7 @@ pub struct Flight {
     /// Between instants that are drawn.
     pub record_s: f64,
     /// A position error at the end beyond which a filter counts as diverged.
-    pub diverged_m: f64,
+    pub divergence_m: f64,
 }
 
 /// P3 section 4.
@@ -336,8 +344,8 @@ mod tests {
     #[test]
     fn names_are_those_of_the_toml() {
         for filter in FilterName::ALL {
-            let text = format!("filters = [\"{}\"]", filter.name());
-            assert_eq!(Config::from_toml(&text).unwrap().filters, [filter]);
+            let text = format!("filters.fly = [\"{}\"]", filter.name());
+            assert_eq!(Config::from_toml(&text).unwrap().filters.fly, [filter]);
         }
     }
 
@@ -351,8 +359,9 @@ mod tests {
             ("[sensors]\nrange_m = 0.0", "sensors.range_m is 0"),
             ("[sensors]\naccelerometer_ug = -1.0", "sensors.accelerometer_ug is -1"),
             ("[sensors]\npressure_share = nan", "sensors.pressure_share is NaN"),
-            ("filters = [\"kalman\"]", "unknown variant `kalman`"),
-            ("filters = []", "at least one filter"),
+            ("[filters]\nfly = [\"kalman\"]", "unknown variant `kalman`"),
+            ("filters = []", "filters must be a table"),
+            ("[filters]\nfly = []", "at least one filter"),
             ("[table5]\nreading = \"C\"", "table5.reading"),
             ("[bank]\nrates = [0.1, -1.0]", "bank.rates[1] is -1"),
             ("sigma = 1", "unknown field `sigma`"),

@@ -130,8 +130,8 @@ pub fn fly(case: &Case, (config, tuned): (&Config, &[Tuned]), (seed, runs): (u64
     let suite = case.suite(config);
     let setup = case.setup(config, &suite);
     let filters: Vec<(Kind, Settings)> =
-        config.filters.flown.iter().map(|kind| (*kind, case.settings(config, tuned, *kind))).collect();
-    let divergence = Divergence { from_step: config.first_averaged(), beyond_m: 1e3 * config.experiment.divergence_km };
+        config.filters.fly.iter().map(|kind| (*kind, case.settings(config, tuned, *kind))).collect();
+    let divergence = Divergence { from_step: config.first_averaged(), beyond_m: config.experiment.divergence_m };
     let mut tallies = vec![Tally::new(config.steps()); filters.len()];
     let mut singles = Vec::new();
     let one = |run| -> Vec<Track<STATES>> {

@@ -23,7 +23,7 @@ impl Config {
     #[must_use]
     pub fn has_recorded_cost(&self) -> bool {
         let mut plain = Self::default();
-        plain.filters.flown.clone_from(&self.filters.flown);
+        plain.filters.fly.clone_from(&self.filters.fly);
         plain.tuning.clone_from(&self.tuning);
         *self == plain
     }
@@ -39,7 +39,7 @@ impl Config {
         within("experiment.duration_s", e.duration_s, 10.0 * e.step_s, 10_000.0)?;
         within("experiment.average_from_s", e.average_from_s, 0.0, e.duration_s - e.step_s)?;
         within("experiment.bank_deg", e.bank_deg, -180.0, 180.0)?;
-        within("experiment.divergence_km", e.divergence_km, 0.001, 1e6)?;
+        within("experiment.divergence_m", e.divergence_m, 1.0, 1e9)?;
         each("experiment.process_noise", &e.process_noise, 1e-12, 1e3)?;
         each("input.amplitude", &self.input.amplitude, 0.0, 1e3)?;
         each("input.profile", &self.input.profile, -100.0, 100.0)?;
@@ -47,13 +47,13 @@ impl Config {
         self.sensors.check(e.step_s)?;
         self.truth.check("truth")?;
         self.initial.check("initial")?;
-        if !f.flown.contains(&Kind::Ekf) {
-            return Err("filters.flown must name ekf, which the others are set against".to_owned());
+        if !f.fly.contains(&Kind::Ekf) {
+            return Err("filters.fly must name ekf, which the others are set against".to_owned());
         }
         if let Some((at, twice)) =
-            f.flown.iter().enumerate().find(|(at, kind)| f.flown.iter().take(*at).any(|k| k == *kind))
+            f.fly.iter().enumerate().find(|(at, kind)| f.fly.iter().take(*at).any(|k| k == *kind))
         {
-            return Err(format!("filters.flown[{at}] names {} twice", twice.name()));
+            return Err(format!("filters.fly[{at}] names {} twice", twice.name()));
         }
         whole("filters.sekf_start_step", f.sekf_start_step as u64, 1, 1_000_000)?;
         within("filters.late_start_s", f.late_start_s, 0.0, e.duration_s)?;
@@ -189,10 +189,10 @@ mod tests {
     #[test]
     fn every_filter_is_named_once_and_the_ekf_is_there() {
         let mut config = Config::default();
-        config.filters.flown = vec![Kind::Sekf];
+        config.filters.fly = vec![Kind::Sekf];
         assert!(config.check().unwrap_err().contains("ekf"));
-        config.filters.flown = vec![Kind::Ekf, Kind::Sekf, Kind::Sekf];
-        assert!(config.check().unwrap_err().contains("flown[2] names SEKF twice"));
+        config.filters.fly = vec![Kind::Ekf, Kind::Sekf, Kind::Sekf];
+        assert!(config.check().unwrap_err().contains("fly[2] names SEKF twice"));
     }
 
     #[test]

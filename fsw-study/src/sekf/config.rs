@@ -58,8 +58,8 @@ pub struct Experiment {
     pub bank_deg: f64,
     /// True process noise, and that of the untuned filters, standard deviations over √s: m, m/s, rad, rad, rad, rad.
     pub process_noise: [f64; STATES],
-    /// Position error beyond which a run counts as diverged, km.
-    pub divergence_km: f64,
+    /// Position error beyond which a run counts as diverged, m.
+    pub divergence_m: f64,
 }
 
 impl Default for Experiment {
@@ -70,7 +70,7 @@ impl Default for Experiment {
             average_from_s: 20.0,
             bank_deg: 50.0,
             process_noise: [0.1, 0.02, 1e-6, 1e-8, 1e-8, 1e-6],
-            divergence_km: 100.0,
+            divergence_m: 100e3,
         }
     }
 }
@@ -182,7 +182,7 @@ impl Config {
 #[serde(deny_unknown_fields)]
 pub struct Filters {
     /// Which filters are flown, the EKF among them: the others are set against it.
-    pub flown: Vec<Kind>,
+    pub fly: Vec<Kind>,
     /// Step k from which the SEKF calibrates itself (P1: 3).
     pub sekf_start_step: usize,
     /// The same of the late SEKF, as a time, s: after the pull-in from the initial error.
@@ -205,7 +205,7 @@ pub struct Filters {
 impl Default for Filters {
     fn default() -> Self {
         Self {
-            flown: Kind::ALL.to_vec(),
+            fly: Kind::ALL.to_vec(),
             sekf_start_step: 3,
             late_start_s: 20.0,
             input_sigma: 0.5,

@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn to_know_less_bounds_higher_and_no_tuned_filter_is_below() {
         let mut config = Config::default();
-        config.filters.flown = vec![Kind::Ekf, Kind::Aekf17];
+        config.filters.fly = vec![Kind::Ekf, Kind::Aekf17];
         for case in CASES.iter().filter(|case| case.is_tuned) {
             let tuned = super::super::tuned::TunedFile::shipped().unwrap().tuned;
             let flown = fly(case, (&config, &tuned), (3, 12));
@@ -177,7 +177,7 @@ mod tests {
         config.input.amplitude = [0.0; STATES];
         config.sensors.accelerometer_bias_mps2 = 0.0;
         config.filters.bias_sigma_mps2 = 0.0;
-        config.filters.flown = vec![Kind::Ekf];
+        config.filters.fly = vec![Kind::Ekf];
         let flown = fly(&CASES[0], (&config, &[]), (3, 40));
         let (ekf, bound) = (&flown.filters[0], &flown.limits[0]);
         // The initial error is one deviation in every run, not a draw: it fades, and 40 runs tell a tenth.

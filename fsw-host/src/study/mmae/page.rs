@@ -48,7 +48,7 @@ pub fn html(study: &Study<'_>) -> Result<String, PlotError> {
         p.caption {
             "RMSE at the parachute's opening, over the runs in which the filter came there. Bound: posterior Cramér–Rao \
              bound with the density unknown, and known, averaged over the same draws. NEES: 6 is right. Indef.: share of \
-             instants with an indefinite covariance. Diverged: farther than " (study.config.flight.diverged_m)
+             instants with an indefinite covariance. Diverged: farther than " (study.config.flight.divergence_m)
              " m at the end, or stopped by an error. EKFs: time of a step on this machine over that of one EKF, the \
              fastest of " (TIMED_FLIGHTS) " flights of one thread; a filter that failed has none. " (table::M7)
         }

@@ -21,8 +21,8 @@ impl Config {
     /// # Errors
     /// One sentence for the first thing that is not.
     pub fn check(&self) -> Result<(), String> {
-        if self.filters.is_empty() {
-            return Err("filters must name at least one filter".to_owned());
+        if self.filters.fly.is_empty() {
+            return Err("filters.fly must name at least one filter".to_owned());
         }
         self.check_flight()?;
         self.check_world()?;
@@ -69,7 +69,7 @@ impl Config {
         within("flight.bank_deg", flight.bank_deg, -180.0, 180.0)?;
         within("flight.longest_s", flight.longest_s, flight.step_s, 1e4)?;
         within("flight.record_s", flight.record_s, flight.step_s, 1e3)?;
-        within("flight.diverged_m", flight.diverged_m, 1.0, 1e9)
+        within("flight.divergence_m", flight.divergence_m, 1.0, 1e9)
     }
 
     fn check_world(&self) -> Result<(), String> {

@@ -4,23 +4,9 @@ use alloc::vec;
 
 use super::*;
 
-impl Default for Config {
+impl Default for Filters {
     fn default() -> Self {
-        Self {
-            filters: FilterName::ALL.to_vec(),
-            entry: Entry::default(),
-            flight: Flight::default(),
-            world: World::default(),
-            orbiter: Orbiter::default(),
-            sensors: Sensors::default(),
-            density: Density::default(),
-            bank: Models::default(),
-            augmented: Augmented::default(),
-            fixed: Fixed::default(),
-            table5: Table5::default(),
-            ranking: Rated::default(),
-            robust: Robust::default(),
-        }
+        Self { fly: FilterName::ALL.to_vec() }
     }
 }
 
@@ -44,7 +30,7 @@ impl Default for Flight {
             bank_deg: 0.0,
             longest_s: 600.0,
             record_s: 2.0,
-            diverged_m: 20_000.0,
+            divergence_m: 20_000.0,
         }
     }
 }
