@@ -82,7 +82,7 @@ use fsw_core::sensors::limits as sensor_limits;
 
 /// A block with every number within its range and little sense.
 fn block(random: &mut Seeded) -> ParameterBlock {
-    match random.below(11) {
+    match random.below(12) {
         0 => {
             let [radius_m, mu_m3ps2, rotation_radps, j2] = random.fields(&limits::PLANET);
             // Often one whose surface gravity passes.
@@ -206,6 +206,27 @@ fn block(random: &mut Seeded) -> ParameterBlock {
             let [initial_bank_rad, max_rate_radps, max_accel_radps2, lag_s] = random.fields(&limits::CONTROL);
             ParameterBlock::Control(ControlParameters { initial_bank_rad, max_rate_radps, max_accel_radps2, lag_s })
         }
+        10 => {
+            let e = random.fields(&limits::ESTIMATORS);
+            ParameterBlock::Estimators(EstimatorParameters {
+                unmodelled_share: e[0],
+                calibrated_share: e[1],
+                spacing_share: e[2],
+                modelled_share: e[3],
+                error_correlation_s: e[4],
+                lift_sigma: e[5],
+                input_growth_mps2: e[6],
+                calibration_start_s: e[7],
+                calibration_s: e[8],
+                calibration_share: e[9],
+                calibration_fade_s: e[10],
+                gating_rate: e[11],
+                switching_stay: e[12],
+                weight_floor: e[13],
+                rank_threshold: e[14],
+                free_threshold: e[15],
+            })
+        }
         _ => ParameterBlock::Modes(Modes {
             navigation: random.one_of(NavigationMode::ALL),
             trigger: random.one_of(&[TriggerKind::Speed, TriggerKind::Range]),
@@ -239,6 +260,7 @@ fn command(random: &mut Seeded) -> Command {
             BlockId::AtmosphereRows(3),
             BlockId::Source(200),
             BlockId::Navigation,
+            BlockId::Estimators,
         ])),
         2 => Command::Arm { digest: random.next() as u32 },
         3 => Command::Go { pace: Pace::LockStep },

@@ -178,6 +178,7 @@ fn limits_of(title: &str) -> Option<&'static [Limit]> {
         "InitialKnowledge" => &limits::INITIAL_KNOWLEDGE,
         "NavigationParameters" => &limits::NAVIGATION,
         "GuidanceParameters" => &limits::GUIDANCE,
+        "EstimatorParameters" => &limits::ESTIMATORS,
         "ConstraintParameters" => &limits::CONSTRAINTS,
         "ControlParameters" => &limits::CONTROL,
         _ => return None,
@@ -214,7 +215,7 @@ fn every_struct_of_parameters_has_limits_under_the_names_of_its_fields() {
         assert_eq!(fields, limits.iter().map(|l| l.field).collect::<Vec<_>>(), "{title}");
         limited += 1;
     }
-    assert_eq!(limited, 12);
+    assert_eq!(limited, 13);
 }
 
 #[test]

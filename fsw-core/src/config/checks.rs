@@ -2,14 +2,15 @@
 
 use super::Config;
 use super::limits::{
-    AERO_ROW, ATMOSPHERE, ATMOSPHERE_ROW, BEACON, CONSTRAINTS, CONTROL, DEPLOY, GUIDANCE, INITIAL_KNOWLEDGE, Limit,
-    MAX_HORIZON_STEPS, NAVIGATION, ORBITER, PLANET, QUATERNION_TOLERANCE, SURFACE_GRAVITY_MPS2, TARGET, VEHICLE,
+    AERO_ROW, ATMOSPHERE, ATMOSPHERE_ROW, BEACON, CONSTRAINTS, CONTROL, DEPLOY, ESTIMATORS, GUIDANCE,
+    INITIAL_KNOWLEDGE, Limit, MAX_HORIZON_STEPS, NAVIGATION, ORBITER, PLANET, QUATERNION_TOLERANCE,
+    SURFACE_GRAVITY_MPS2, TARGET, VEHICLE,
 };
 use crate::link::packet::Refusal;
 use crate::link::parameters::{
     AeroRow, AtmosphereParameters, AtmosphereRow, BlockId, ConstraintParameters, ControlParameters, DeployParameters,
-    GuidanceParameters, InitialKnowledge, NavigationParameters, ParameterBlock, ROWS_PER_BLOCK, RadioSource, Target,
-    VehicleParameters,
+    EstimatorParameters, GuidanceParameters, InitialKnowledge, NavigationParameters, ParameterBlock, ROWS_PER_BLOCK,
+    RadioSource, Target, VehicleParameters,
 };
 use crate::math::fun::sqrt;
 use crate::math::num::abs;
@@ -38,6 +39,7 @@ pub fn check(block: &ParameterBlock) -> Result<(), Refusal> {
         ParameterBlock::Guidance(v) => (BlockId::Guidance, guidance(v)),
         ParameterBlock::Constraints(v) => (BlockId::Constraints, constraints(v)),
         ParameterBlock::Control(v) => (BlockId::Control, control(v)),
+        ParameterBlock::Estimators(v) => (BlockId::Estimators, estimators(v)),
     };
     offending.map_or(Ok(()), |field| Err(Refusal::OutOfRange { block, field }))
 }
@@ -191,6 +193,28 @@ fn navigation(n: &NavigationParameters) -> Option<u8> {
         n.gate_sigma,
     ];
     outside(&NAVIGATION, fields)
+}
+
+fn estimators(e: &EstimatorParameters) -> Option<u8> {
+    let fields = [
+        e.unmodelled_share,
+        e.calibrated_share,
+        e.spacing_share,
+        e.modelled_share,
+        e.error_correlation_s,
+        e.lift_sigma,
+        e.input_growth_mps2,
+        e.calibration_start_s,
+        e.calibration_s,
+        e.calibration_share,
+        e.calibration_fade_s,
+        e.gating_rate,
+        e.switching_stay,
+        e.weight_floor,
+        e.rank_threshold,
+        e.free_threshold,
+    ];
+    outside(&ESTIMATORS, fields)
 }
 
 fn guidance(g: &GuidanceParameters) -> Option<u8> {

@@ -4,8 +4,9 @@
 
 use super::Config;
 use crate::link::parameters::{
-    AtmosphereParameters, ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters,
-    InitialKnowledge, Modes, NavigationMode, NavigationParameters, RadioSource, Target, TriggerKind, VehicleParameters,
+    AtmosphereParameters, ConstraintParameters, ControlParameters, DeployParameters, EstimatorParameters, GuidanceMode,
+    GuidanceParameters, InitialKnowledge, Modes, NavigationMode, NavigationParameters, RadioSource, Target,
+    TriggerKind, VehicleParameters,
 };
 use crate::planet::{MARS, MARS_GAS_CONSTANT_JPKGK, MARS_HEAT_RATIO, STANDARD_GRAVITY_MPS2};
 use crate::units::rad;
@@ -43,6 +44,7 @@ impl Config {
         self.guidance = GUIDANCE;
         self.constraints = CONSTRAINTS;
         self.control = CONTROL;
+        self.estimators = ESTIMATORS;
     }
 }
 
@@ -120,6 +122,26 @@ const NAVIGATION: NavigationParameters = NavigationParameters {
     range_rate_noise_mps: 0.1,
     min_elevation_rad: rad(5.0),
     gate_sigma: 5.0,
+};
+
+/// What an entry vehicle's model is wrong by; P1's, P2's and P3's own settings where they have any (E9 to E11 of the equations).
+const ESTIMATORS: EstimatorParameters = EstimatorParameters {
+    unmodelled_share: 0.08,
+    calibrated_share: 0.02,
+    spacing_share: 0.015,
+    modelled_share: 0.004,
+    error_correlation_s: 20.0,
+    lift_sigma: 0.10,
+    input_growth_mps2: 0.3,
+    calibration_start_s: 20.0,
+    calibration_s: 1.0,
+    calibration_share: 0.3,
+    calibration_fade_s: 10.0,
+    gating_rate: 0.01,
+    switching_stay: 0.999,
+    weight_floor: 1e-3,
+    rank_threshold: 5e-3,
+    free_threshold: 2e-5,
 };
 
 const GUIDANCE: GuidanceParameters = GuidanceParameters {

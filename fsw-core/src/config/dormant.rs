@@ -3,8 +3,9 @@
 use super::{Config, RowTable};
 use crate::link::packet::MAX_SOURCES;
 use crate::link::parameters::{
-    AtmosphereParameters, ConstraintParameters, ControlParameters, DeployParameters, GuidanceMode, GuidanceParameters,
-    InitialKnowledge, Modes, NavigationMode, NavigationParameters, RadioSource, Target, TriggerKind, VehicleParameters,
+    AtmosphereParameters, ConstraintParameters, ControlParameters, DeployParameters, EstimatorParameters, GuidanceMode,
+    GuidanceParameters, InitialKnowledge, Modes, NavigationMode, NavigationParameters, RadioSource, Target,
+    TriggerKind, VehicleParameters,
 };
 use crate::planet::Planet;
 
@@ -94,5 +95,23 @@ impl Config {
         },
         constraints: ConstraintParameters { load_mps2: 0.0, heat_flux_wpm2: 0.0, dynamic_pressure_pa: 0.0 },
         control: ControlParameters { initial_bank_rad: 0.0, max_rate_radps: 0.0, max_accel_radps2: 0.0, lag_s: 0.0 },
+        estimators: EstimatorParameters {
+            unmodelled_share: 0.0,
+            calibrated_share: 0.0,
+            spacing_share: 0.0,
+            modelled_share: 0.0,
+            error_correlation_s: 0.0,
+            lift_sigma: 0.0,
+            input_growth_mps2: 0.0,
+            calibration_start_s: 0.0,
+            calibration_s: 0.0,
+            calibration_share: 0.0,
+            calibration_fade_s: 0.0,
+            gating_rate: 0.0,
+            switching_stay: 0.0,
+            weight_floor: 0.0,
+            rank_threshold: 0.0,
+            free_threshold: 0.0,
+        },
     };
 }

@@ -131,6 +131,25 @@ pub const NAVIGATION: [Limit; 17] = [
     limit("min_elevation_rad", "rad", -FRAC_PI_2, FRAC_PI_2),
     limit("gate_sigma", "1", 0.5, 1e3),
 ];
+/// [`crate::link::parameters::EstimatorParameters`]. Shares are above zero, so that every reading of the force has a variance.
+pub const ESTIMATORS: [Limit; 16] = [
+    limit("unmodelled_share", "1", 1e-6, 1.0),
+    limit("calibrated_share", "1", 1e-6, 1.0),
+    limit("spacing_share", "1", 1e-6, 1.0),
+    limit("modelled_share", "1", 1e-6, 1.0),
+    limit("error_correlation_s", "s", 0.01, 1e4),
+    limit("lift_sigma", "1", 0.0, 1.0),
+    limit("input_growth_mps2", "m/s²", 0.0, 100.0),
+    limit("calibration_start_s", "s", 0.0, 3600.0),
+    limit("calibration_s", "s", 0.1, 1e4),
+    limit("calibration_share", "1", 0.0, 1.0),
+    limit("calibration_fade_s", "s", 0.1, 1e4),
+    limit("gating_rate", "1", 1e-12, 1e6),
+    limit("switching_stay", "1", 0.15, 1.0),
+    limit("weight_floor", "1", 0.0, 0.1),
+    limit("rank_threshold", "1", 0.0, 1.0),
+    limit("free_threshold", "1", 0.0, 1.0),
+];
 /// [`crate::link::parameters::GuidanceParameters`]; the smallest bank lies below the largest.
 pub const GUIDANCE: [Limit; 18] = [
     limit("predictor_step_s", "s", 0.1, 20.0),

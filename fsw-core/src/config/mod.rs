@@ -16,8 +16,9 @@ use crate::link::framing::{CRC32, MAX_PAYLOAD};
 use crate::link::packet::{MAX_SOURCES, Refusal};
 use crate::link::parameters::{
     AeroRow, AeroRows, AtmosphereParameters, AtmosphereRow, AtmosphereRows, BlockId, ConstraintParameters,
-    ControlParameters, DeployParameters, GuidanceParameters, InitialKnowledge, MAX_AERO_ROWS, MAX_ATMOSPHERE_ROWS,
-    Modes, NavigationParameters, ParameterBlock, ROWS_PER_BLOCK, RadioSource, Target, VehicleParameters,
+    ControlParameters, DeployParameters, EstimatorParameters, GuidanceParameters, InitialKnowledge, MAX_AERO_ROWS,
+    MAX_ATMOSPHERE_ROWS, Modes, NavigationParameters, ParameterBlock, ROWS_PER_BLOCK, RadioSource, Target,
+    VehicleParameters,
 };
 use crate::planet::Planet;
 use checks::check;
@@ -53,6 +54,8 @@ pub struct Config {
     pub constraints: ConstraintParameters,
     /// Bank control.
     pub control: ControlParameters,
+    /// Settings of the filters over the onboard model.
+    pub estimators: EstimatorParameters,
 }
 
 impl Default for Config {
@@ -65,7 +68,7 @@ impl Default for Config {
 const AERO_BLOCKS: usize = MAX_AERO_ROWS.div_ceil(ROWS_PER_BLOCK);
 const ATMOSPHERE_BLOCKS: usize = MAX_ATMOSPHERE_ROWS.div_ceil(ROWS_PER_BLOCK);
 /// Kinds of block that occur exactly once.
-const SINGLE_BLOCKS: usize = 11;
+const SINGLE_BLOCKS: usize = 12;
 /// Largest number of blocks of a parameter set.
 pub const MAX_BLOCKS: usize = SINGLE_BLOCKS + AERO_BLOCKS + ATMOSPHERE_BLOCKS + MAX_SOURCES;
 
@@ -103,6 +106,7 @@ impl Config {
             ParameterBlock::Guidance(v) => self.guidance = *v,
             ParameterBlock::Constraints(v) => self.constraints = *v,
             ParameterBlock::Control(v) => self.control = *v,
+            ParameterBlock::Estimators(v) => self.estimators = *v,
         }
         Ok(())
     }
@@ -132,6 +136,7 @@ impl Config {
             BlockId::Guidance => ParameterBlock::Guidance(self.guidance),
             BlockId::Constraints => ParameterBlock::Constraints(self.constraints),
             BlockId::Control => ParameterBlock::Control(self.control),
+            BlockId::Estimators => ParameterBlock::Estimators(self.estimators),
         })
     }
 
@@ -154,6 +159,7 @@ impl Config {
                 BlockId::Guidance,
                 BlockId::Constraints,
                 BlockId::Control,
+                BlockId::Estimators,
             ])
     }
 

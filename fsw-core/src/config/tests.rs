@@ -1,8 +1,8 @@
 //! Tests of the parameter tree as a whole.
 
 use super::limits::{
-    ATMOSPHERE, BEACON, CONSTRAINTS, CONTROL, DEPLOY, GUIDANCE, INITIAL_KNOWLEDGE, Limit, NAVIGATION, ORBITER, PLANET,
-    TARGET, VEHICLE,
+    ATMOSPHERE, BEACON, CONSTRAINTS, CONTROL, DEPLOY, ESTIMATORS, GUIDANCE, INITIAL_KNOWLEDGE, Limit, NAVIGATION,
+    ORBITER, PLANET, TARGET, VEHICLE,
 };
 use super::*;
 use crate::link::framing::{MAX_FRAME, decode, encode};
@@ -40,6 +40,7 @@ fn sample_blocks() -> Vec<ParameterBlock> {
         ParameterBlock::Guidance(GuidanceParameters { max_iterations: 4, ..d.guidance }),
         ParameterBlock::Constraints(ConstraintParameters { load_mps2: 120.0, ..d.constraints }),
         ParameterBlock::Control(ControlParameters { lag_s: 0.25, ..d.control }),
+        ParameterBlock::Estimators(EstimatorParameters { lift_sigma: 0.2, ..d.estimators }),
     ];
     for start in [0u8, 4, 8] {
         let rows = core::array::from_fn(|k| AeroRow {
@@ -119,10 +120,11 @@ fn blocks_come_in_one_order_each_once_within_the_bound() {
         B::Guidance,
         B::Constraints,
         B::Control,
+        B::Estimators,
     ];
     assert_eq!(loaded().blocks().collect::<Vec<_>>(), expected);
     assert_eq!(Config::DEFAULT.blocks().count(), SINGLE_BLOCKS + MAX_SOURCES);
-    assert_eq!(MAX_BLOCKS, 11 + 8 + 16 + 4);
+    assert_eq!(MAX_BLOCKS, 12 + 8 + 16 + 4);
 }
 
 #[test]
@@ -200,6 +202,7 @@ fn numeric_blocks() -> Vec<NumericBlock> {
         (ParameterBlock::Navigation(d.navigation), 1, scalars(&NAVIGATION)),
         (ParameterBlock::Constraints(d.constraints), 1, scalars(&CONSTRAINTS)),
         (ParameterBlock::Control(d.control), 1, scalars(&CONTROL)),
+        (ParameterBlock::Estimators(d.estimators), 1, scalars(&ESTIMATORS)),
         // Tag, slot, tag of the source; the slot is field 0.
         (ParameterBlock::Source { slot: 1, source: d.sources[0] }, 3, ORBITER.map(|l| (3, l)).to_vec()),
         (ParameterBlock::Source { slot: 1, source: beacon }, 3, scalars(&BEACON)),

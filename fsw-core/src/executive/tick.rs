@@ -336,6 +336,7 @@ fn nav_context<'a>(config: &'a Config, model: &'a OnboardModel, demand: &BankDem
     NavContext {
         model,
         parameters: &config.navigation,
+        estimators: &config.estimators,
         sources: &config.sources,
         mode: config.modes.navigation,
         bank_accel_radps2: demand.accel_radps2,

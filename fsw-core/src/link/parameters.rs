@@ -52,6 +52,8 @@ pub enum ParameterBlock {
     Constraints(ConstraintParameters),
     /// Bank control.
     Control(ControlParameters),
+    /// Settings of the filters over the onboard model.
+    Estimators(EstimatorParameters),
 }
 
 /// Names one block, for read-back and refusals.
@@ -86,6 +88,8 @@ pub enum BlockId {
     Constraints,
     /// [`ParameterBlock::Control`]
     Control,
+    /// [`ParameterBlock::Estimators`]
+    Estimators,
 }
 
 /// Which algorithm of each kind flies.
@@ -300,6 +304,45 @@ pub struct NavigationParameters {
     pub min_elevation_rad: f64,
     /// A measurement whose innovation exceeds this many standard deviations is gated.
     pub gate_sigma: f64,
+}
+
+/// Settings of the filters over the onboard model, of all of them together; each mode takes what belongs to it. The error-state
+/// filter and dead reckoning need none of these.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema, MaxSize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct EstimatorParameters {
+    /// Share of the specific force that the model's errors make where nothing stands for them, 1σ.
+    pub unmodelled_share: f64,
+    /// The same where an unknown input is calibrated.
+    pub calibrated_share: f64,
+    /// The same where the best of several densities is a part of a spacing away.
+    pub spacing_share: f64,
+    /// The same where density and lift are estimated or considered.
+    pub modelled_share: f64,
+    /// How long an error of the model keeps its sign, s.
+    pub error_correlation_s: f64,
+    /// Relative error of the lift, 1σ.
+    pub lift_sigma: f64,
+    /// Unknown input: 1σ of its growth over a second, m/s².
+    pub input_growth_mps2: f64,
+    /// Self-calibrating filters: their input works from this time on, s.
+    pub calibration_start_s: f64,
+    /// The same: a correction is what the model missed in so long, s.
+    pub calibration_s: f64,
+    /// The same, `sekf-rho`: share ρ of the state's gain.
+    pub calibration_share: f64,
+    /// The same, `sekf-rho`: the input fades in so long, s.
+    pub calibration_fade_s: f64,
+    /// Gating: learning rate η at ten instants a second.
+    pub gating_rate: f64,
+    /// Interacting multiple model: probability of no switch in a tenth of a second.
+    pub switching_stay: f64,
+    /// Bayes' weights: the smallest.
+    pub weight_floor: f64,
+    /// `arddf`: degree of nonlinearity above which second differences count.
+    pub rank_threshold: f64,
+    /// `arddf-free`: the same.
+    pub free_threshold: f64,
 }
 
 /// Settings of the guidance.

@@ -9,7 +9,9 @@ use super::modelled::{Flown, Lent, Modelled};
 use super::strapdown::{Increments, Nominal, StepRecord, Strapdown};
 use crate::frames::{Rot, Vec3};
 use crate::link::packet::{GivenUpCause, MAX_SOURCES, NavTlm, Truth};
-use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters, RadioSource};
+use crate::link::parameters::{
+    EstimatorParameters, InitialKnowledge, NavigationMode, NavigationParameters, RadioSource,
+};
 use crate::model::OnboardModel;
 use crate::model::orbiter::SourceState;
 use crate::probe::{Kernel, NoProbe, Probe};
@@ -23,6 +25,8 @@ pub struct NavContext<'a> {
     pub model: &'a OnboardModel,
     /// Filter settings.
     pub parameters: &'a NavigationParameters,
+    /// Settings of the filters over the onboard model.
+    pub estimators: &'a EstimatorParameters,
     /// Radio sources by slot.
     pub sources: &'a [RadioSource; MAX_SOURCES],
     /// Algorithm that flies.
@@ -109,7 +113,7 @@ impl Navigator {
         self.bridge = Bridge::default();
         self.filter.start(knowledge, context.parameters);
         self.on_model = false;
-        if let Some(design) = Design::of(context.mode) {
+        if let Some(design) = Design::of(context.mode, context.estimators) {
             self.modelled.start(&design, knowledge, context.parameters);
             self.on_model = self.started && self.modelled.given_up().is_none();
         }
@@ -174,7 +178,7 @@ impl Navigator {
 
     /// The model-based filter's frame; what it says counts until it is given up.
     fn fly_on_model(&mut self, flown: &Flown<'_>, batch: &Batch, context: &NavContext<'_>, probe: &mut impl Probe) {
-        let Some(design) = Design::of(context.mode) else { return };
+        let Some(design) = Design::of(context.mode, context.estimators) else { return };
         let lent = Lent { design: &design, model: context.model, parameters: context.parameters };
         self.modelled.step(flown, batch, &mut self.sources, &lent, probe);
         self.modelled.compare(&self.nominal, self.filter.uncertainty());
@@ -364,7 +368,14 @@ mod tests {
     }
 
     fn context(model: &OnboardModel, mode: NavigationMode) -> NavContext<'_> {
-        NavContext { model, parameters: &CONFIG.navigation, sources: &SOURCES, mode, bank_accel_radps2: 0.0 }
+        NavContext {
+            model,
+            parameters: &CONFIG.navigation,
+            estimators: &CONFIG.estimators,
+            sources: &SOURCES,
+            mode,
+            bank_accel_radps2: 0.0,
+        }
     }
 
     fn knowledge() -> InitialKnowledge {

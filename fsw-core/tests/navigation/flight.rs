@@ -3,7 +3,9 @@
 use fsw_core::config::Config;
 use fsw_core::frames::{Inertial, PlanetRelative, Rot, Vec3};
 use fsw_core::link::packet::{Innovation, MAX_SOURCES, MeasurementKind, NavTlm, Verdict};
-use fsw_core::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters, RadioSource};
+use fsw_core::link::parameters::{
+    EstimatorParameters, InitialKnowledge, NavigationMode, NavigationParameters, RadioSource,
+};
 use fsw_core::model::OnboardModel;
 use fsw_core::model::orbiter::SourceState;
 use fsw_core::nav::modelled::watch::GivenUp;
@@ -27,6 +29,7 @@ pub struct Case {
     /// False: no dispersions, no sensor errors, exact start.
     pub dispersed: bool,
     pub parameters: NavigationParameters,
+    pub estimators: EstimatorParameters,
     /// Frames without an inertial measurement.
     pub gap: (u32, u32),
     /// Share of the readings of pressure and radio that are nonsense, finite but far off.
@@ -72,6 +75,7 @@ pub fn default_case(seed: u64) -> Case {
         sources,
         dispersed: true,
         parameters: Config::DEFAULT.navigation,
+        estimators: Config::DEFAULT.estimators,
         gap: (0, 0),
         nonsense: 0.0,
     }
@@ -137,8 +141,14 @@ pub fn fly(case: &Case) -> Outcome {
         attitude_sigma_rad: rad(0.03),
     };
     let model = model();
-    let context =
-        NavContext { model: &model, parameters: p, sources: &case.sources, mode: case.mode, bank_accel_radps2: 0.0 };
+    let context = NavContext {
+        model: &model,
+        parameters: p,
+        estimators: &case.estimators,
+        sources: &case.sources,
+        mode: case.mode,
+        bank_accel_radps2: 0.0,
+    };
     let mut navigator = Navigator::new();
     navigator.start(&knowledge, &context);
     let mut source_states = case.sources.map(|s| SourceState::new(&s, &MARS));

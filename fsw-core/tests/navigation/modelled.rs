@@ -1,6 +1,7 @@
 //! The papers' filters over the onboard model, on the packets of a truth that the model does not know.
 
-use fsw_core::link::parameters::NavigationMode;
+use fsw_core::config::Config;
+use fsw_core::link::parameters::{EstimatorParameters, NavigationMode};
 use fsw_core::nav::estimators::divided::Order;
 use fsw_core::nav::modelled::design::{Design, Family};
 
@@ -12,7 +13,7 @@ const FEW: u64 = 6;
 
 /// The filters that move by a model of the air instead of by the accelerometer.
 fn modes() -> impl Iterator<Item = NavigationMode> {
-    NavigationMode::ALL.iter().copied().filter(|mode| Design::of(*mode).is_some())
+    NavigationMode::ALL.iter().copied().filter(|mode| Design::of(*mode, &Config::DEFAULT.estimators).is_some())
 }
 
 fn mean_nees(flights: &[Outcome]) -> f64 {
@@ -31,7 +32,7 @@ fn where_the_model_is_the_truth_each_filter_stays_with_it() {
         let is_close = o.position_error_m < 5.0 && o.velocity_error_mps < 0.02;
         // The mean of a curved path is not the path of the mean, and an expert that is wrong pulls: filters of second order
         // and banks differ from the truth by a part of what they are uncertain of.
-        let family = Design::of(mode).expect("a model-based mode").family;
+        let family = Design::of(mode, &Config::DEFAULT.estimators).expect("a model-based mode").family;
         let leans = matches!(family, Family::Bank(_) | Family::AugmentedBank(_))
             || matches!(family, Family::Divided { order, .. } if order != Order::First);
         let nees = mean_nees(core::slice::from_ref(&o));
@@ -90,5 +91,39 @@ fn among_readings_that_are_nonsense_no_filter_says_a_number_that_is_none_nor_an_
             // A square root of a negative pivot would be none.
             assert!(o.nees.iter().all(|nees| nees.is_finite()), "{}", mode.name());
         }
+    }
+}
+
+#[test]
+fn each_setting_is_felt_by_the_filter_that_it_belongs_to_and_by_no_other() {
+    use NavigationMode as Mode;
+    type Setting = fn(&mut EstimatorParameters);
+    let cases: [(&str, Setting, Mode, Mode); 16] = [
+        ("unmodelled_share", |e| e.unmodelled_share *= 2.0, Mode::ModelEkf, Mode::Schmidt),
+        ("calibrated_share", |e| e.calibrated_share *= 2.0, Mode::SekfRho, Mode::ModelEkf),
+        ("spacing_share", |e| e.spacing_share *= 2.0, Mode::Mmae, Mode::ModelEkf),
+        ("modelled_share", |e| e.modelled_share *= 2.0, Mode::Augmented, Mode::Mmae),
+        ("error_correlation_s", |e| e.error_correlation_s *= 2.0, Mode::Ddf2, Mode::Ekf),
+        ("lift_sigma", |e| e.lift_sigma *= 2.0, Mode::Rddf1, Mode::Ddf1),
+        ("input_growth_mps2", |e| e.input_growth_mps2 *= 2.0, Mode::AugmentedInput, Mode::Augmented),
+        ("calibration_start_s", |e| e.calibration_start_s = 60.0, Mode::SekfRho, Mode::AugmentedInput),
+        ("calibration_s", |e| e.calibration_s *= 2.0, Mode::SekfRho, Mode::AugmentedInput),
+        ("calibration_share", |e| e.calibration_share *= 0.5, Mode::SekfRho, Mode::AugmentedInput),
+        ("calibration_fade_s", |e| e.calibration_fade_s *= 2.0, Mode::SekfRho, Mode::AugmentedInput),
+        ("gating_rate", |e| e.gating_rate *= 10.0, Mode::Mmae, Mode::MmaeBayes),
+        ("switching_stay", |e| e.switching_stay = 0.9, Mode::Imm, Mode::MmaeBayes),
+        ("weight_floor", |e| e.weight_floor *= 10.0, Mode::MmaeBayes, Mode::Imm),
+        ("rank_threshold", |e| e.rank_threshold = 0.0, Mode::Arddf, Mode::ArddfFree),
+        ("free_threshold", |e| e.free_threshold = 0.0, Mode::ArddfFree, Mode::Arddf),
+    ];
+    let end = |mode: Mode, set: Setting| {
+        let mut case = default_case(1);
+        case.mode = mode;
+        set(&mut case.estimators);
+        fly(&case).estimate.r_i.to_array().map(f64::to_bits)
+    };
+    for (name, set, owner, stranger) in cases {
+        assert_ne!(end(owner, set), end(owner, |_| {}), "{name} does nothing to {}", owner.name());
+        assert_eq!(end(stranger, set), end(stranger, |_| {}), "{name} is felt by {}", stranger.name());
     }
 }

@@ -37,6 +37,7 @@ pub fn navigate(flight: &Recorded, mode: NavigationMode) -> Track {
     let context = |bank_accel_radps2| NavContext {
         model: &flight.model,
         parameters: &config.navigation,
+        estimators: &config.estimators,
         sources: &config.sources,
         mode,
         bank_accel_radps2,

@@ -3,7 +3,8 @@
 use fsw_core::link::packet::MAX_SOURCES;
 use fsw_core::link::parameters::{
     AeroRow, AeroRows, AtmosphereRow, AtmosphereRows, ConstraintParameters, ControlParameters, DeployParameters,
-    GuidanceParameters, Modes, NavigationParameters, ParameterBlock, ROWS_PER_BLOCK, RadioSource, Target,
+    EstimatorParameters, GuidanceParameters, Modes, NavigationParameters, ParameterBlock, ROWS_PER_BLOCK, RadioSource,
+    Target,
 };
 use fsw_core::planet::STANDARD_GRAVITY_MPS2;
 use fsw_core::units::rad;
@@ -54,6 +55,7 @@ impl Scenario {
             max_accel_radps2: rad(self.control.max_accel_degps2),
             lag_s: self.control.lag_s,
         }));
+        blocks.push(ParameterBlock::Estimators(self.estimator_parameters()));
         blocks
     }
 
@@ -143,6 +145,28 @@ impl Scenario {
             range_rate_noise_mps: radio.range_rate_noise_mps.max(LEAST_RANGE_RATE_NOISE_MPS),
             min_elevation_rad: rad(radio.min_elevation_deg),
             gate_sigma: self.navigation.gate_sigma,
+        }
+    }
+
+    fn estimator_parameters(&self) -> EstimatorParameters {
+        let e = &self.navigation.estimators;
+        EstimatorParameters {
+            unmodelled_share: e.unmodelled_share,
+            calibrated_share: e.calibrated_share,
+            spacing_share: e.spacing_share,
+            modelled_share: e.modelled_share,
+            error_correlation_s: e.error_correlation_s,
+            lift_sigma: e.lift_sigma,
+            input_growth_mps2: e.input_growth_mps2,
+            calibration_start_s: e.calibration_start_s,
+            calibration_s: e.calibration_s,
+            calibration_share: e.calibration_share,
+            calibration_fade_s: e.calibration_fade_s,
+            gating_rate: e.gating_rate,
+            switching_stay: e.switching_stay,
+            weight_floor: e.weight_floor,
+            rank_threshold: e.rank_threshold,
+            free_threshold: e.free_threshold,
         }
     }
 

@@ -122,6 +122,47 @@ pub struct Navigation {
     pub log_density_length_km: f64,
     /// A measurement whose innovation exceeds this many standard deviations is not used.
     pub gate_sigma: f64,
+    /// Settings of the filters over the onboard model.
+    pub estimators: Estimators,
+}
+
+/// Settings of the filters over the onboard model, of all of them together; each mode takes what belongs to it. Units and names are
+/// those of [`fsw_core::link::parameters::EstimatorParameters`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimators {
+    /// Share of the specific force that the model's errors make where nothing stands for them, 1σ.
+    pub unmodelled_share: f64,
+    /// The same where an unknown input is calibrated.
+    pub calibrated_share: f64,
+    /// The same where the best of several densities is a part of a spacing away.
+    pub spacing_share: f64,
+    /// The same where density and lift are estimated or considered.
+    pub modelled_share: f64,
+    /// How long an error of the model keeps its sign.
+    pub error_correlation_s: f64,
+    /// Relative error of the lift, 1σ.
+    pub lift_sigma: f64,
+    /// Unknown input: 1σ of its growth over a second.
+    pub input_growth_mps2: f64,
+    /// Self-calibrating filters: their input works from this time on.
+    pub calibration_start_s: f64,
+    /// A correction is what the model missed in so long.
+    pub calibration_s: f64,
+    /// `sekf-rho`: share ρ of the state's gain.
+    pub calibration_share: f64,
+    /// `sekf-rho`: the input fades in so long.
+    pub calibration_fade_s: f64,
+    /// Gating: learning rate η at ten instants a second.
+    pub gating_rate: f64,
+    /// Interacting multiple model: probability of no switch in a tenth of a second.
+    pub switching_stay: f64,
+    /// Bayes' weights: the smallest.
+    pub weight_floor: f64,
+    /// `arddf`: degree of nonlinearity above which second differences count.
+    pub rank_threshold: f64,
+    /// `arddf-free`: the same.
+    pub free_threshold: f64,
 }
 
 /// Guidance settings.

@@ -378,6 +378,7 @@ fn id_of(block: &ParameterBlock) -> BlockId {
         ParameterBlock::Guidance(_) => BlockId::Guidance,
         ParameterBlock::Constraints(_) => BlockId::Constraints,
         ParameterBlock::Control(_) => BlockId::Control,
+        ParameterBlock::Estimators(_) => BlockId::Estimators,
     }
 }
 

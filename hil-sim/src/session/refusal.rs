@@ -44,6 +44,7 @@ fn limit(block: BlockId, field: u8) -> Option<limits::Limit> {
         BlockId::Guidance => &limits::GUIDANCE,
         BlockId::Constraints => &limits::CONSTRAINTS,
         BlockId::Control => &limits::CONTROL,
+        BlockId::Estimators => &limits::ESTIMATORS,
         BlockId::Modes | BlockId::AeroRows(_) | BlockId::AtmosphereRows(_) | BlockId::Source(_) => return None,
     };
     table.get(usize::from(field)).copied()

@@ -1,8 +1,9 @@
 //! [`Design`]: what tells one model-based filter from another: what it carries beyond position and velocity, how each
 //! component is corrected, and what it believes of the model's errors.
 
-use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
+use crate::link::parameters::{EstimatorParameters, InitialKnowledge, NavigationMode, NavigationParameters};
 use crate::math::fun::sqrt;
+use crate::math::num::max;
 use crate::nav::estimators::divided::{Order, Sensitivities};
 use crate::nav::estimators::joint::{Block, Layout};
 use crate::nav::estimators::linear::Gain;
@@ -19,26 +20,8 @@ pub const WITH_INPUT: usize = 2 * STATES;
 /// one kernel of twelve serves both, and 13 KB of flash are saved.
 pub const WITH_PARAMETERS: usize = WITH_INPUT;
 
-/// 1σ of the relative lift error (P2's assumption, and three times what an entry vehicle's aerodynamics are known to).
-pub const LIFT_SIGMA: f64 = 0.10;
-/// Share of the force that the model's errors make when no parameter stands for them, 1σ: density, drag and lift together.
-const UNMODELLED_SHARE: f64 = 0.08;
-/// The same where an input is calibrated that takes up what keeps its sign.
-const CALIBRATED_SHARE: f64 = 0.02;
-/// The same where the best of several experts is a third of a spacing away, and none knows of the lift.
-const SPACING_SHARE: f64 = 0.015;
-/// The same where density and lift are carried, or are known to be uncertain: what of waves, Mach number and attitude is left.
-const MODELLED_SHARE: f64 = 0.004;
-/// How long such an error keeps its sign, s.
-const CORRELATION_S: f64 = 20.0;
-/// A self-calibrating filter takes what a reading corrects as what the model misses in so long, s: P1's step.
-const CALIBRATION_S: f64 = 1.0;
-/// What it holds of it fades in so long, s, when it takes a share only: no reading of a blackout confirms it.
-const FADE_S: f64 = 10.0;
 /// White acceleration that no model holds, (m/s²)·√s: gravity beyond J2, and rounding's better.
 const FLOOR_MPS2: f64 = 1e-5;
-/// Unknown input of the filters that estimate one, a rate: 1σ of its growth over a second, m/s and m/s².
-const INPUT_GROWTH: [f64; STATES] = [0.0, 0.0, 0.0, 0.3, 0.3, 0.3];
 
 /// What kind of filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,37 +58,27 @@ pub const EXPERTS: usize = 7;
 const STANDS: [f64; EXPERTS] = [-1.732_05, -1.039_23, -0.346_41, 0.0, 0.346_41, 1.039_23, 1.732_05];
 /// Share of the whole uncertainty of the log-density that an expert which estimates it begins with.
 const EXPERT_SHARE: f64 = 1.0 / 3.0;
-/// Learning rate of the gating at ten instants a second (P3 gives none; of those tried the best on P3's second scenario).
-const GATING_RATE: f64 = 0.01;
-/// An expert is the right one for so long, on average: 0.999 of the steps, as in P3's comparison.
-const STAY: f64 = 0.999;
-/// Smallest weight of an expert, so that none is out for good while the air changes.
-const FLOOR: f64 = 1e-3;
-/// Degrees of nonlinearity above which second differences count.
-const RANK_THRESHOLD: f64 = 5e-3;
-/// The same, from the filter's own points.
-const FREE_THRESHOLD: f64 = 2e-5;
 
 /// A filter of the papers in flight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Design {
+#[derive(Clone, Copy, Debug)]
+pub struct Design<'a> {
+    /// Settings of the filters.
+    pub settings: &'a EstimatorParameters,
     /// Its kind.
     pub family: Family,
-    /// Share of the specific force that a reading of it may differ by from the model's, 1σ.
-    pub reading_share: f64,
-    /// Share that may be missing along the path.
-    pub path_share: f64,
+    /// Share of the specific force that the model may be wrong by, 1σ: along the path, and where a reading is set against it.
+    pub force_share: f64,
 }
 
-impl Design {
+impl<'a> Design<'a> {
     /// The design of a mode; none for those that are not model-based.
     #[must_use]
-    pub const fn of(mode: NavigationMode) -> Option<Self> {
+    pub const fn of(mode: NavigationMode, settings: &'a EstimatorParameters) -> Option<Self> {
         let family = match mode {
             NavigationMode::Ekf | NavigationMode::DeadReckoning | NavigationMode::Ideal => return None,
             NavigationMode::ModelEkf => Family::Plain,
             NavigationMode::Sekf => Family::Tied(1.0),
-            NavigationMode::SekfRho => Family::Tied(0.3),
+            NavigationMode::SekfRho => Family::Tied(settings.calibration_share),
             NavigationMode::AugmentedInput => Family::Input,
             NavigationMode::Augmented => Family::Augmented,
             NavigationMode::Schmidt => Family::Considered,
@@ -114,27 +87,28 @@ impl Design {
             NavigationMode::Rddf1 => divided(Order::First, Sensitivities::First, None),
             NavigationMode::Rddf2 => divided(Order::Second, Sensitivities::Full, None),
             NavigationMode::Rddf2Lite => divided(Order::Second, Sensitivities::First, None),
-            NavigationMode::Arddf => divided(Order::First, Sensitivities::Full, Some(RANK_THRESHOLD)),
+            NavigationMode::Arddf => divided(Order::First, Sensitivities::Full, Some(settings.rank_threshold)),
             NavigationMode::ArddfFree => {
-                divided(Order::Measured { threshold: FREE_THRESHOLD }, Sensitivities::First, None)
+                divided(Order::Measured { threshold: settings.free_threshold }, Sensitivities::First, None)
             }
-            NavigationMode::Mmae => Family::Bank(Rule::Gating { rate: GATING_RATE }),
-            NavigationMode::MmaeBare => Family::Bank(Rule::BareGating { rate: GATING_RATE }),
+            NavigationMode::Mmae => Family::Bank(Rule::Gating { rate: settings.gating_rate }),
+            NavigationMode::MmaeBare => Family::Bank(Rule::BareGating { rate: settings.gating_rate }),
             NavigationMode::MmaeProduct => Family::Bank(Rule::BareProduct),
-            NavigationMode::MmaeBayes => Family::Bank(Rule::Bayes { floor: FLOOR }),
-            NavigationMode::Imm => Family::Bank(Rule::Switching { stay: STAY }),
-            NavigationMode::MmaeAugmented => Family::AugmentedBank(Rule::Bayes { floor: FLOOR }),
+            NavigationMode::MmaeBayes => Family::Bank(Rule::Bayes { floor: settings.weight_floor }),
+            NavigationMode::Imm => Family::Bank(Rule::Switching { stay: settings.switching_stay }),
+            NavigationMode::MmaeAugmented => Family::AugmentedBank(Rule::Bayes { floor: settings.weight_floor }),
         };
-        let (reading_share, path_share) = match family {
-            Family::Plain | Family::Input => (UNMODELLED_SHARE, UNMODELLED_SHARE),
-            Family::Tied(_) => (CALIBRATED_SHARE, CALIBRATED_SHARE),
-            Family::Divided { sensitivities: Sensitivities::None, .. } => (UNMODELLED_SHARE, UNMODELLED_SHARE),
-            Family::Bank(_) => (SPACING_SHARE, SPACING_SHARE),
+        let force_share = match family {
+            Family::Plain | Family::Input | Family::Divided { sensitivities: Sensitivities::None, .. } => {
+                settings.unmodelled_share
+            }
+            Family::Tied(_) => settings.calibrated_share,
+            Family::Bank(_) => settings.spacing_share,
             Family::Divided { .. } | Family::Augmented | Family::Considered | Family::AugmentedBank(_) => {
-                (MODELLED_SHARE, MODELLED_SHARE)
+                settings.modelled_share
             }
         };
-        Some(Self { family, reading_share, path_share })
+        Some(Self { settings, family, force_share })
     }
 
     /// What stands where in the joint state; the parameters fade by `persistence` a step.
@@ -144,7 +118,7 @@ impl Design {
             Family::Plain | Family::Divided { .. } | Family::Bank(_) => Layout::default(),
             Family::Tied(_) | Family::Input => {
                 let persistence = match self.family {
-                    Family::Tied(share) if share < 1.0 => 1.0 - step_s / FADE_S,
+                    Family::Tied(share) if share < 1.0 => max(1.0 - step_s / self.settings.calibration_fade_s, 0.0),
                     _ => 1.0,
                 };
                 Layout { input: Some((Block { first: STATES, persistence }, step_s)), ..Layout::default() }
@@ -170,7 +144,7 @@ impl Design {
         let carries_parameters = self.carries_parameters();
         let bias = parameters.accelerometer_bias_sigma_mps2;
         let beyond = if carries_parameters {
-            [parameters.log_density_sigma, LIFT_SIGMA, bias, bias, bias]
+            [parameters.log_density_sigma, self.settings.lift_sigma, bias, bias, bias]
         } else {
             [0.0; PARAMETERS + AXES]
         };
@@ -185,7 +159,7 @@ impl Design {
     pub fn gains<const J: usize>(&self) -> [Gain; J] {
         core::array::from_fn(|i| match self.family {
             _ if i < STATES => Gain::Optimal,
-            Family::Tied(share) => Gain::Tied { to: i - STATES, factor: share / CALIBRATION_S },
+            Family::Tied(share) => Gain::Tied { to: i - STATES, factor: share / self.settings.calibration_s },
             Family::Considered => Gain::Considered,
             _ => Gain::Optimal,
         })
@@ -200,8 +174,8 @@ impl Design {
         persistence: f64,
         parameters: &NavigationParameters,
     ) -> [f64; J] {
-        let drift = self.path_share * force_mps2;
-        let velocity = sqrt((drift * drift * CORRELATION_S + FLOOR_MPS2) * step_s);
+        let drift = self.force_share * force_mps2;
+        let velocity = sqrt((self.as_white(drift * drift) + FLOOR_MPS2) * step_s);
         let mut noise = [0.0; J];
         noise.iter_mut().skip(AXES).take(AXES).for_each(|sigma| *sigma = velocity);
         let beyond = noise.iter_mut().skip(STATES);
@@ -209,11 +183,11 @@ impl Design {
             Family::Plain | Family::Tied(_) | Family::Divided { .. } | Family::Bank(_) => {}
             Family::Input => {
                 let root_step = sqrt(step_s);
-                beyond.zip(INPUT_GROWTH).for_each(|(sigma, growth)| *sigma = growth * root_step);
+                beyond.skip(AXES).take(AXES).for_each(|sigma| *sigma = self.settings.input_growth_mps2 * root_step);
             }
             Family::Augmented | Family::Considered | Family::AugmentedBank(_) => {
                 let renewed = sqrt(1.0 - persistence * persistence);
-                let sigmas = [parameters.log_density_sigma, LIFT_SIGMA];
+                let sigmas = [parameters.log_density_sigma, self.settings.lift_sigma];
                 beyond.zip(sigmas).for_each(|(sigma, whole)| *sigma = whole * renewed);
             }
         }
@@ -223,9 +197,16 @@ impl Design {
     /// 1σ of a reading of the specific force over a window of `length_s` in which `force_mps2` was felt, m/s².
     #[must_use]
     pub fn force_reading_sigma(&self, length_s: f64, force_mps2: f64, parameters: &NavigationParameters) -> f64 {
-        let (white, model) = (parameters.accelerometer_noise, self.reading_share * force_mps2);
+        let (white, model) = (parameters.accelerometer_noise, self.force_share * force_mps2);
         let bias = if self.carries_parameters() { 0.0 } else { parameters.accelerometer_bias_sigma_mps2 };
-        sqrt((white * white + as_white(model * model + bias * bias)) / length_s)
+        sqrt((white * white + self.as_white(model * model + bias * bias)) / length_s)
+    }
+
+    /// White noise density that does to an average what an error of this variance does that keeps its sign for a while: taken for
+    /// white at each reading, it would seem to average out.
+    #[must_use]
+    pub fn as_white(&self, variance: f64) -> f64 {
+        variance * self.settings.error_correlation_s
     }
 }
 
@@ -243,11 +224,4 @@ pub fn expert_parameters(expert: usize, parameters: &NavigationParameters) -> [f
 #[must_use]
 pub fn expert_sigma(parameters: &NavigationParameters) -> f64 {
     EXPERT_SHARE * parameters.log_density_sigma
-}
-
-/// White noise density that does to an average what an error of this variance does that keeps its sign for
-/// [`CORRELATION_S`]: taken for white at each reading, it would seem to average out.
-#[must_use]
-pub fn as_white(variance: f64) -> f64 {
-    variance * CORRELATION_S
 }

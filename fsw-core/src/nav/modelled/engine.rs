@@ -63,7 +63,7 @@ pub struct Step<'a> {
     /// The vehicle over the step.
     pub vehicle: &'a Onboard<'a>,
     /// What the filter is.
-    pub design: &'a Design,
+    pub design: &'a Design<'a>,
     /// Its parameters of the sensors and the air.
     pub parameters: &'a NavigationParameters,
     /// Length, s.
@@ -106,7 +106,7 @@ impl Engine {
     #[inline(never)]
     pub fn start(
         &mut self,
-        design: &Design,
+        design: &Design<'_>,
         state: &[f64; STATES],
         knowledge: &InitialKnowledge,
         parameters: &NavigationParameters,
@@ -118,7 +118,7 @@ impl Engine {
                 self.single = Single::Wide(started(design, state, knowledge, parameters)?);
             }
             Family::Divided { order, sensitivities, .. } => {
-                let [density, lift] = [parameters.log_density_sigma, super::design::LIFT_SIGMA];
+                let [density, lift] = [parameters.log_density_sigma, design.settings.lift_sigma];
                 let weights = [density * density, lift * lift];
                 let settings = Settings::desensitized(order, sensitivities, weights);
                 let sigmas = design.sigmas(knowledge, parameters);
@@ -282,7 +282,7 @@ impl Engine {
 
     /// What else it has learned.
     #[must_use]
-    pub fn beyond(&self, design: &Design, parameters: &NavigationParameters) -> Beyond {
+    pub fn beyond(&self, design: &Design<'_>, parameters: &NavigationParameters) -> Beyond {
         match (self.kind, &self.single) {
             (Kind::Bank, _) => self.density_of_experts(parameters),
             (Kind::WideBank, _) => beyond(self.wide_bank.fused()),

@@ -1,8 +1,7 @@
 //! Readings as they come, kept for the end of the window.
 
-use super::design::as_white;
 use super::window::Sight;
-use super::{Lent, Modelled};
+use super::{EPOCH_S, Lent, Modelled};
 use crate::frames::{Inertial, Vec3};
 use crate::link::packet::{MeasurementKind, Verdict};
 use crate::math::fun::{exp, ln, sqrt};
@@ -14,8 +13,6 @@ use crate::nav::filter::{FRAMES_PER_EPOCH, radio};
 use crate::sensors::Batch;
 use crate::time::{FRAME, MissionTime};
 
-/// Time between epochs, s; pressure comes as often.
-const EPOCH_S: f64 = 0.1;
 /// White noise that a pressure reading has at least, as a share: no transducer and no pitot formula is exact.
 const MIN_PRESSURE_SHARE: f64 = 1e-3;
 
@@ -70,7 +67,7 @@ impl Modelled {
         let p = lent.parameters;
         let offset = p.pressure_offset_sigma_pa / max(value_pa, p.pressure_min_dynamic_pa);
         let constant = p.pressure_scale_sigma * p.pressure_scale_sigma + offset * offset;
-        let share = sqrt(p.pressure_noise * p.pressure_noise + as_white(constant) / EPOCH_S);
+        let share = sqrt(p.pressure_noise * p.pressure_noise + lent.design.as_white(constant) / EPOCH_S);
         let (static_square, coefficient) = (pitot.static_square(), pitot.coefficient);
         let sight = Sight {
             time,

@@ -39,6 +39,9 @@ use crate::probe::{Kernel, Probe};
 use crate::sensors::Batch;
 use crate::time::FRAME;
 
+/// Time between epochs, s; pressure comes as often.
+const EPOCH_S: f64 = 0.1;
+
 /// A model-based filter and its work space, in place.
 #[derive(Clone, Debug)]
 pub struct Modelled {
@@ -77,7 +80,7 @@ pub struct Flown<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Lent<'a> {
     /// The filter's design.
-    pub design: &'a Design,
+    pub design: &'a Design<'a>,
     /// Planet and air.
     pub model: &'a OnboardModel,
     /// Settings.
@@ -105,7 +108,7 @@ impl Modelled {
     }
 
     /// Starts from the knowledge at the entry epoch.
-    pub fn start(&mut self, design: &Design, knowledge: &InitialKnowledge, parameters: &NavigationParameters) {
+    pub fn start(&mut self, design: &Design<'_>, knowledge: &InitialKnowledge, parameters: &NavigationParameters) {
         let ([x, y, z], [vx, vy, vz]) = (knowledge.position_m, knowledge.velocity_mps);
         self.now = [x, y, z, vx, vy, vz];
         self.window.clear();
@@ -239,7 +242,7 @@ impl Modelled {
         }
     }
 
-    fn publish(&mut self, design: &Design, parameters: &NavigationParameters) {
+    fn publish(&mut self, design: &Design<'_>, parameters: &NavigationParameters) {
         self.beyond = self.engine.beyond(design, parameters);
         let engine = &self.engine;
         let sigma = |i: usize| sqrt(max(engine.covariance(i, i), 0.0));

@@ -13,7 +13,7 @@ use crate::nav::estimators::weights::{Rule, Weights};
 /// # Errors
 /// Knowledge that is not finite.
 pub(super) fn started<const J: usize>(
-    design: &Design,
+    design: &Design<'_>,
     state: &[f64; STATES],
     knowledge: &InitialKnowledge,
     parameters: &NavigationParameters,
@@ -39,7 +39,7 @@ pub(super) fn start_bank<const J: usize>(
 /// Experts that estimate the density begin around where those that do not stand.
 pub(super) fn spread_experts(
     bank: &mut Bank<WITH_PARAMETERS, EXPERTS>,
-    design: &Design,
+    design: &Design<'_>,
     state: &[f64; STATES],
     knowledge: &InitialKnowledge,
     parameters: &NavigationParameters,

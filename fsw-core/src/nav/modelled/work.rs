@@ -4,7 +4,7 @@ use super::design::{self, Design, EXPERTS};
 use super::engine::{BATCH, Step};
 use super::watch::GivenUp;
 use super::window::{MAX_SIGHTS, Sight};
-use super::{Lent, Modelled};
+use super::{EPOCH_S, Lent, Modelled};
 use crate::frames::{Inertial, Vec3};
 use crate::link::packet::{MeasurementKind, Verdict};
 use crate::math::fun::exp;
@@ -14,8 +14,6 @@ use crate::nav::estimators::weights::{Channels, Rule};
 use crate::probe::{Kernel, Probe};
 use crate::time::MissionTime;
 
-/// Epochs before the input of a self-calibrating filter is at work: 20 s, after the first pull-in (P1 starts at the third).
-const CALIBRATION_EPOCHS: u16 = 200;
 /// Readings taken in in the third frame of a window; the rest in the fourth.
 const EARLY_SIGHTS: usize = 2 * BATCH;
 /// Experts of a bank worked on in one frame, and the frames that takes.
@@ -51,7 +49,9 @@ impl Modelled {
         }
         match self.frame {
             0 => {
-                if self.epochs < CALIBRATION_EPOCHS && matches!(lent.design.family, design::Family::Tied(_)) {
+                // P1's self-calibration starts at the third step; after the first pull-in it starts better.
+                let is_early = f64::from(self.epochs) * EPOCH_S < lent.design.settings.calibration_start_s;
+                if is_early && matches!(lent.design.family, design::Family::Tied(_)) {
                     self.engine.forget_input();
                 }
                 self.predict(&step, probe)?;
@@ -90,7 +90,7 @@ impl Modelled {
     }
 
     /// The readings of the window as a gating network sees them: P3 brings them to order one, and the bare form does not.
-    fn channels(&self, design: &Design) -> Channels {
+    fn channels(&self, design: &Design<'_>) -> Channels {
         let [fx, fy, fz] = self.job.specific_force_mps2().unwrap_or([0.0; AXES]);
         let value = |kind| self.job.sights.items().iter().find(|sight| sight.kind == kind).map_or(0.0, |s| s.value);
         let pressure = self.job.sights.items().iter().find(|sight| sight.kind == MeasurementKind::Pressure);
