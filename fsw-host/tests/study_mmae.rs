@@ -5,7 +5,7 @@ mod support;
 use serde_json::Value;
 use support::{Scratch, assert_refused_in_a_line, stderr, text};
 
-const GROUPS: [&str; 4] = ["fixed", "table5", "ranking", "robust"];
+const GROUPS: [&str; 5] = ["fixed", "table5", "ranking", "efficiency", "robust"];
 
 fn cases(study: &Value) -> impl Iterator<Item = &Value> {
     GROUPS.into_iter().flat_map(|group| study["cases"][group].as_array().expect("cases"))

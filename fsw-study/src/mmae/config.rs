@@ -40,6 +40,8 @@ pub struct Config {
     pub table5: Table5,
     /// The ranking against the bound.
     pub ranking: Rated,
+    /// The augmented filter against the bound, on more entries.
+    pub efficiency: Efficiency,
     /// Density in waves and a biased accelerometer.
     pub robust: Robust,
 }
@@ -311,6 +313,14 @@ pub struct Rated {
     pub reading: Reading,
     /// Readings a second.
     pub rate_hz: f64,
+}
+
+/// The augmented filter alone against the bound: a ratio near one takes more entries to tell from one than a ranking does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Efficiency {
+    /// Runs, over those of the ranking, the first of which are the ranking's own; 0 leaves it out.
+    pub share_of_runs: f64,
 }
 
 /// What no model of the bank knows of.

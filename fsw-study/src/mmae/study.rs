@@ -11,7 +11,7 @@ use super::truth::Draw;
 pub const TIMED_FLIGHTS: usize = 60;
 
 /// The whole study, flown.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Study {
     /// P3's special case, both scenarios.
     pub fixed: Vec<CaseResult>,
@@ -19,6 +19,8 @@ pub struct Study {
     pub table5: Vec<CaseResult>,
     /// All filters against the bound.
     pub ranking: Vec<CaseResult>,
+    /// The augmented filter against the bound, on more draws.
+    pub efficiency: Vec<CaseResult>,
     /// All filters where none of the models holds.
     pub robust: Vec<CaseResult>,
 }
@@ -58,6 +60,18 @@ pub fn cases(config: &Config, runs: u64) -> Vec<Case> {
             runs,
             has_bound: true,
         });
+        let share = config.efficiency.share_of_runs;
+        if share > 0.0 && config.filters.fly.contains(&FilterName::Augmented) {
+            all.push(Case {
+                name: "efficiency",
+                draw: draw(ranking.reading, ranking.rate_hz),
+                scenario,
+                filters: vec![FilterName::Augmented],
+                rates: Vec::new(),
+                runs: part(runs, share),
+                has_bound: true,
+            });
+        }
         let is_taught = |filter: &FilterName| {
             !matches!(filter, FilterName::BareGating | FilterName::BareProduct | FilterName::BayesFine)
         };
@@ -67,23 +81,28 @@ pub fn cases(config: &Config, runs: u64) -> Vec<Case> {
             scenario,
             filters: config.filters.fly.iter().copied().filter(is_taught).collect(),
             rates: config.bank.rates.clone(),
-            runs: ((runs as f64 * config.robust.share_of_runs).round() as u64).max(1),
+            runs: part(runs, config.robust.share_of_runs),
             has_bound: false,
         });
     }
     all
 }
 
+/// A share of the runs, one at least.
+fn part(runs: u64, share: f64) -> u64 {
+    ((runs as f64 * share).round() as u64).max(1)
+}
+
 impl Study {
     /// Every case, in the order of the page.
     pub fn all(&self) -> impl Iterator<Item = &CaseResult> {
-        [&self.fixed, &self.table5, &self.ranking, &self.robust].into_iter().flatten()
+        [&self.fixed, &self.table5, &self.ranking, &self.efficiency, &self.robust].into_iter().flatten()
     }
 
     /// Flies everything. `told` hears the case and the entry after each.
     #[must_use]
     pub fn fly(config: &Config, seed: u64, runs: u64, mut told: impl FnMut(&Case, u64)) -> Self {
-        let mut study = Self { fixed: Vec::new(), table5: Vec::new(), ranking: Vec::new(), robust: Vec::new() };
+        let mut study = Self::default();
         for case in cases(config, runs) {
             let mut result = case.fly(config, seed, |run| told(&case, run));
             match case.name {
@@ -93,6 +112,7 @@ impl Study {
                     case.time(config, seed, TIMED_FLIGHTS, &mut result);
                     study.ranking.push(result);
                 }
+                "efficiency" => study.efficiency.push(result),
                 _ => study.robust.push(result),
             }
         }

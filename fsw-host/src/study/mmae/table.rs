@@ -7,8 +7,6 @@ use crate::report::number;
 
 /// Columns.
 pub const COLUMNS: usize = 16;
-/// Width of the first column and of the others in the terminal.
-const WIDTHS: (usize, usize) = (22, 10);
 /// What is beyond it is told by its order of magnitude.
 const HUGE: f64 = 99_999.5;
 
@@ -60,6 +58,7 @@ pub fn title(case: &CaseResult) -> String {
         "fixed" => "One density, all else known (P3 Figs. 5 to 9)",
         "table5" => "P3's Monte Carlo (Figs. 10 and 11, Table 5)",
         "ranking" => "All filters on the same draws",
+        "efficiency" => "The augmented filter against the bound",
         _ => "Density in waves, accelerometer biased",
     };
     format!("{name}: scenario {}, reading {:?} at {} Hz, {} runs", case.scenario, case.reading, case.rate_hz, case.runs)
@@ -119,18 +118,6 @@ pub fn rows(case: &CaseResult) -> Vec<Row> {
     }
     rows.extend(case.filters.iter().map(of_filter));
     rows
-}
-
-/// A row of the terminal.
-pub fn line(cells: &Row) -> String {
-    let spaces = |text: &String, width: usize| " ".repeat(width.saturating_sub(text.chars().count()));
-    let (first, other) = WIDTHS;
-    let mut line = String::new();
-    for (at, cell) in cells.iter().enumerate() {
-        line +=
-            &if at == 0 { format!("{cell}{}", spaces(cell, first)) } else { format!("{}{cell}", spaces(cell, other)) };
-    }
-    line
 }
 
 /// The figure of a bar.

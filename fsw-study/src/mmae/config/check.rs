@@ -42,6 +42,7 @@ impl Config {
             }
         }
         within("fixed.density", self.fixed.density, -0.9, 9.0)?;
+        within("efficiency.share_of_runs", self.efficiency.share_of_runs, 0.0, 1e3)?;
         within("robust.wave", self.robust.wave, 0.0, 0.9)?;
         within("robust.wavelength_m", self.robust.wavelength_m, 1.0, 1e6)?;
         within("robust.bias_ug", self.robust.bias_ug, 0.0, 1e6)?;
@@ -54,6 +55,7 @@ impl Config {
     pub fn has_recorded_cost(&self) -> bool {
         let mut plain = Self::default();
         plain.filters.clone_from(&self.filters);
+        plain.efficiency = self.efficiency;
         *self == plain
     }
 

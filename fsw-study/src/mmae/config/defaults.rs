@@ -107,6 +107,12 @@ impl Default for Rated {
     }
 }
 
+impl Default for Efficiency {
+    fn default() -> Self {
+        Self { share_of_runs: 5.0 }
+    }
+}
+
 impl Default for Robust {
     fn default() -> Self {
         Self { wave: 0.02, wavelength_m: 10_000.0, bias_ug: 3_000.0, share_of_runs: 1.0 }
