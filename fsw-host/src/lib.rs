@@ -6,6 +6,7 @@
 pub mod bound;
 pub mod campaign;
 pub mod cli;
+pub mod columns;
 pub mod cost;
 pub mod cycles;
 pub mod ends;

@@ -10,6 +10,7 @@ use super::cost::{OnTarget, on_target};
 use super::entry::{Closed, Curve, EPOCH_S, Entry, Judged, THINNING};
 use crate::campaign::statistics::quantile;
 use crate::campaign::summary::ascending;
+use crate::columns::aligned;
 
 /// Error at a time of the flight, over all entries that were still flying.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -183,6 +184,56 @@ fn place(mode: NavigationMode, bound: &Limit, judged: &[&Judged]) -> Placed {
     }
 }
 
+/// Columns on the screen.
+const HEADS: [&str; 15] = [
+    "filter",
+    "deploy m",
+    "deploy m/s",
+    "over bound",
+    "m/s over bound",
+    "flight m",
+    "flight m/s",
+    "NEES",
+    "in 95 %",
+    "given up",
+    "miss m, 50 %",
+    "90 %",
+    "opened",
+    "M7 k/s",
+    "k/frame",
+];
+
+impl Ranking {
+    /// The bound and the filters, for the screen.
+    fn rows(&self) -> Vec<[String; HEADS.len()]> {
+        let none = || "–".to_owned();
+        let number = |value: Option<f64>, digits: usize| value.map_or_else(none, |v| format!("{v:.digits$}"));
+        let errors = |name: &str, [deploy, over, flight]: [[f64; 2]; 3], rest: [String; 8]| {
+            let figures = [deploy[0], deploy[1], over[0], over[1], flight[0], flight[1]];
+            let figures =
+                figures.into_iter().zip([1, 3, 2, 2, 1, 3]).map(|(value, digits)| format!("{value:.digits$}"));
+            let mut cells = [name.to_owned()].into_iter().chain(figures).chain(rest);
+            std::array::from_fn(|_| cells.next().unwrap_or_default())
+        };
+        let least = self.bound.deploy;
+        let bound = errors("Cramér–Rao bound", [least, [1.0; 2], self.bound.flight], std::array::from_fn(|_| none()));
+        let filter = |p: &Placed| {
+            let rest = [
+                number(p.nees, 2),
+                number(p.nees_inside_pct, 1),
+                p.given_up.to_string(),
+                number(p.miss_m.map(|m| m[0]), 0),
+                number(p.miss_m.map(|m| m[1]), 0),
+                p.opened.map_or_else(none, |n| format!("{n}/{}", p.flights)),
+                number(p.on_target.map(|cost| f64::from(cost.navigation_per_second) * 1e-3), 0),
+                number(p.on_target.map(|cost| f64::from(cost.worst_frame) * 1e-3), 1),
+            ];
+            errors(p.filter, [p.deploy, p.over_bound, p.flight], rest)
+        };
+        [bound].into_iter().chain(self.filters.iter().map(filter)).collect()
+    }
+}
+
 /// For the screen.
 pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
     let mut out = String::new();
@@ -192,55 +243,7 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
             "\n{}, case {}: {} entries of seed {}, every filter on the same link logs",
             args.scenario, ranking.case, args.runs, args.seed
         );
-        let _ = writeln!(
-            out,
-            "  {:<16} {:>9} {:>8} {:>7} {:>7} {:>9} {:>8} {:>8} {:>7} {:>8} {:>8} {:>8} {:>9} {:>8} {:>8}",
-            "filter",
-            "deploy m",
-            "m/s",
-            "/bound",
-            "/bound",
-            "flight m",
-            "m/s",
-            "NEES",
-            "in 95%",
-            "given up",
-            "miss p50",
-            "p90 m",
-            "opened",
-            "M7 k/s",
-            "k/frame"
-        );
-        let [r, v] = ranking.bound.deploy;
-        let [fr, fv] = ranking.bound.flight;
-        let _ = writeln!(
-            out,
-            "  {:<16} {r:>9.1} {v:>8.3} {:>7} {:>7} {fr:>9.1} {fv:>8.3}",
-            "Cramér–Rao bound", "1.00", "1.00"
-        );
-        for p in &ranking.filters {
-            let number =
-                |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |v| format!("{v:.digits$}"));
-            let _ = writeln!(
-                out,
-                "  {:<16} {:>9.1} {:>8.3} {:>7.2} {:>7.2} {:>9.1} {:>8.3} {:>8} {:>7} {:>8} {:>8} {:>8} {:>9} {:>8} {:>8}",
-                p.filter,
-                p.deploy[0],
-                p.deploy[1],
-                p.over_bound[0],
-                p.over_bound[1],
-                p.flight[0],
-                p.flight[1],
-                number(p.nees, 2),
-                number(p.nees_inside_pct, 1),
-                p.given_up,
-                number(p.miss_m.map(|m| m[0]), 0),
-                number(p.miss_m.map(|m| m[1]), 0),
-                p.opened.map_or("–".to_owned(), |n| format!("{n}/{}", p.flights)),
-                number(p.on_target.map(|cost| f64::from(cost.navigation_per_second) * 1e-3), 0),
-                number(p.on_target.map(|cost| f64::from(cost.worst_frame) * 1e-3), 1),
-            );
-        }
+        out += &aligned(&HEADS.map(str::to_owned), &ranking.rows(), &[]);
         let _ = writeln!(out, "  {}", ranking.failures());
     }
     out.push_str(

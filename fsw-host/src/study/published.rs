@@ -1,12 +1,11 @@
 //! What P4 (Xia, Shen, Sun, Zhou 2015) reports, and the same quantity of ours beside it.
 
-use std::fmt::Write as _;
-
 use serde::Serialize;
 
 use super::Flown;
 use crate::campaign::statistics::{Share, mean};
 use crate::campaign::summary::Spread;
+use crate::columns::aligned;
 use crate::report::number;
 
 /// What the paper says of one quantity of one design.
@@ -278,27 +277,16 @@ fn shortest(value: f64) -> String {
 /// The comparison for a terminal.
 #[must_use]
 pub fn table(lines: &[Line], modes: &[&str]) -> String {
-    let heads = ["", "P4 full", "P4 segmented"].iter().chain(modes).map(|s| (*s).to_owned());
-    let mut rows: Vec<Vec<String>> = vec![heads.chain(["P4 says it in".to_owned()]).collect()];
-    for line in lines {
+    let heads = ["", "P4 full", "P4 segmented"].iter().chain(modes).chain(&["P4 says it in"]);
+    let heads: Vec<String> = heads.map(|s| (*s).to_owned()).collect();
+    let row = |line: &Line| {
         let mut row = vec![line.quantity.to_owned(), line.said(0), line.said(1)];
         row.extend(line.ours.iter().map(|figure| line.text(figure)));
         row.push(line.source.to_owned());
-        rows.push(row);
-    }
-    let columns = rows.first().map_or(0, Vec::len);
-    let length = |text: &String| text.chars().count();
-    let width = |at: usize| rows.iter().filter_map(|row| row.get(at)).map(length).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut out = String::new();
-    for row in &rows {
-        let cells = row.iter().zip(&widths).enumerate().map(|(at, (text, width))| {
-            let space = " ".repeat(width - length(text).min(*width));
-            if at == 0 || at + 1 == columns { format!("{text}{space}") } else { format!("{space}{text}") }
-        });
-        let _ = writeln!(out, "  {}", cells.collect::<Vec<_>>().join("   ").trim_end());
-    }
-    out
+        row
+    };
+    let rows: Vec<_> = lines.iter().map(row).collect();
+    aligned(&heads, &rows, &[heads.len() - 1])
 }
 
 #[cfg(test)]
@@ -402,8 +390,8 @@ mod tests {
     #[test]
     fn the_table_has_a_row_for_every_line_and_a_column_for_every_mode() {
         let text = table(&lines(), &["paper", "segmented"]);
-        assert_eq!(text.lines().count(), QUESTIONS.len() + 1);
-        let head = text.lines().next().unwrap();
-        assert!(head.contains("P4 full   P4 segmented") && head.contains("paper") && head.ends_with("P4 says it in"));
+        assert_eq!(text.lines().count(), QUESTIONS.len() + 2, "two lines of heads");
+        let head: Vec<&str> = text.lines().take(2).flat_map(str::split_whitespace).collect();
+        assert_eq!(head, ["P4", "P4", "full", "segmented", "paper", "segmented", "P4", "says", "it", "in"]);
     }
 }

@@ -18,6 +18,7 @@ use fsw_study::ddf::{Config, Filter, Kind, Limit, Outcome, Tuned, fly_all, fly_s
 use serde::Serialize;
 
 use super::papers::{self, Head, PaperArgs};
+use crate::columns::aligned;
 use crate::error::HostError;
 use crate::output::print;
 
@@ -134,10 +135,8 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
     let mut out = String::new();
     let head = format!("P2 (Deng, Yu 2018): {} runs of seed {}", study.head.runs, study.head.seed);
     let _ = writeln!(out, "\n  {}\n", style(head).bold());
-    let _ = writeln!(out, "  {}", table::line(&table::HEADS.map(str::to_owned)));
-    for row in study.limits.iter().map(table::limit_row).chain(table::rows(study.filters)) {
-        let _ = writeln!(out, "  {}", table::line(&row));
-    }
+    let rows: Vec<_> = study.limits.iter().map(table::limit_row).chain(table::rows(study.filters)).collect();
+    out += &aligned(&table::HEADS.map(str::to_owned), &rows, &[]);
     let _ = writeln!(out);
     for bar in study.bars {
         let _ = writeln!(out, "  {}", table::said(bar));

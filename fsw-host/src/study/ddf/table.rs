@@ -8,8 +8,6 @@ use crate::report::number;
 
 /// Columns.
 pub const COLUMNS: usize = 14;
-/// Width of the first column and of the others in the terminal.
-const WIDTHS: (usize, usize) = (32, 14);
 /// NEES beyond which its order of magnitude is all that matters.
 const HUGE: f64 = 1e4;
 
@@ -113,16 +111,4 @@ pub fn said(bar: &Bar) -> String {
     };
     let bound = if bar.is_least { "at least" } else { "at most" };
     format!("{}: {} ({bound} {}): {verdict}", bar.what, figure(bar.value, 2), number(bar.bound, 2))
-}
-
-/// A row of the terminal.
-pub fn line(cells: &[String; COLUMNS]) -> String {
-    let spaces = |text: &String, width: usize| " ".repeat(width.saturating_sub(text.chars().count()).max(1));
-    let mut row = String::new();
-    for (at, cell) in cells.iter().enumerate() {
-        let (first, other) = WIDTHS;
-        row +=
-            &if at == 0 { format!("{cell}{}", spaces(cell, first)) } else { format!("{}{cell}", spaces(cell, other)) };
-    }
-    row
 }

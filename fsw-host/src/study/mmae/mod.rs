@@ -17,6 +17,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::papers::{self, Head, PaperArgs};
+use crate::columns::aligned;
 use crate::error::HostError;
 
 /// Runs when nothing is said: the paper's.
@@ -78,8 +79,8 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
     let _ = writeln!(out, "\n  {}\n", style(head).bold());
     for case in study.cases.all() {
         let _ = writeln!(out, "  {}", style(table::title(case)).bold());
-        for row in table::rows(case) {
-            let _ = writeln!(out, "  {}", table::line(&row));
+        if let Some((head, rows)) = table::rows(case).split_first() {
+            out += &aligned(head, rows, &[]);
         }
         let _ = writeln!(out);
     }

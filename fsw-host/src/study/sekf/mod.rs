@@ -19,6 +19,7 @@ use fsw_study::sekf::{reference, tune};
 use serde::Serialize;
 
 use super::papers::{self, Head, PaperArgs};
+use crate::columns::aligned;
 use crate::error::HostError;
 use crate::output::print;
 
@@ -113,13 +114,9 @@ fn screen(study: &Study<'_>, folder: &Path) -> String {
     let _ = writeln!(out, "\n  {}\n  {}\n", style(head).bold(), study.paper_says);
     for case in study.cases {
         let _ = writeln!(out, "  {}", style(case.title).bold());
-        let _ = writeln!(out, "  {}", table::line(&table::HEADS.map(str::to_owned)));
-        for outcome in &case.filters {
-            let _ = writeln!(out, "  {}", table::line(&table::cells(case, outcome)));
-        }
-        for limit in &case.limits {
-            let _ = writeln!(out, "  {}", table::line(&table::limit_cells(limit)));
-        }
+        let filters = case.filters.iter().map(|outcome| table::cells(case, outcome));
+        let rows: Vec<_> = filters.chain(case.limits.iter().map(table::limit_cells)).collect();
+        out += &aligned(&table::HEADS.map(str::to_owned), &rows, &[]);
         let _ = writeln!(out);
     }
     let notes = [

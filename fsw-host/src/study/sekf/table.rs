@@ -11,8 +11,6 @@ use crate::report::number;
 const COLUMNS: usize = 12;
 /// The column of the ratio to the EKF.
 const RATIO: usize = 3;
-/// Width of the first column and of the others in the terminal.
-const WIDTHS: (usize, usize) = (18, 13);
 /// NEES beyond which its order of magnitude is all that matters.
 const HUGE: f64 = 1e4;
 
@@ -73,16 +71,4 @@ pub fn limit_cells(limit: &Limit) -> [String; COLUMNS] {
         *ratio = figure(limit.ratio_to_ekf, 3);
     }
     cells
-}
-
-/// A row of the terminal.
-pub fn line(cells: &[String; COLUMNS]) -> String {
-    let spaces = |text: &String, width: usize| " ".repeat(width.saturating_sub(text.chars().count()));
-    let mut row = String::new();
-    for (at, cell) in cells.iter().enumerate() {
-        let (first, other) = WIDTHS;
-        row +=
-            &if at == 0 { format!("{cell}{}", spaces(cell, first)) } else { format!("{}{cell}", spaces(cell, other)) };
-    }
-    row
 }
