@@ -12,8 +12,8 @@ use crate::math::fun::{asin, ln};
 use crate::math::num::{abs, clamp, max};
 use crate::model::OnboardModel;
 
-use super::HYPERSONIC_MACH;
 use super::air::Adapted;
+use super::context::HYPERSONIC_MACH;
 use super::predictor::State;
 use super::tables::{MADE_WITH, REMAINDER_TERMS, SEGMENTS, Segment};
 

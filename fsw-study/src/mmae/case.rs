@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::COST_STEPS;
 use super::config::{Config, FilterName, Reading};
 use super::filters::{self, STATE, Scenario};
 use super::limit::Limit;
 use super::roster::{alone, shared_rules};
-use super::run::{Note, Outcome, Sight, Watch};
+use super::run::{Outcome, Sight, Watch};
+use super::sums::{Sums, add};
 use super::truth::{Draw, Truth, fly};
 use crate::bound::MeanBound;
-use crate::{counted, m7, runs};
+use crate::runs;
 
 /// What is flown.
 #[derive(Clone, Debug, PartialEq)]
@@ -194,7 +194,7 @@ impl Case {
         (self.outcomes(&sight), if self.has_bound { Limit::of(&sight).ok() } else { None })
     }
 
-    fn sight<'a>(
+    pub(super) fn sight<'a>(
         &self,
         config: &'a Config,
         model: &'a fsw_core::nav::estimators::models::Cartesian<1>,
@@ -245,158 +245,6 @@ impl Case {
             runs: self.runs,
             bound: self.has_bound.then_some(bound),
             filters: results,
-        }
-    }
-
-    /// Times each filter as it would fly, and writes it down in `result`. In each round all of them fly one after the other, so
-    /// that what disturbs the machine disturbs all alike.
-    pub fn time(&self, config: &Config, seed: u64, rounds: usize, result: &mut CaseResult) {
-        let mut truth = fly(config, &self.draw, seed, 0);
-        // A short flight is more often left alone by others of the machine.
-        truth.sensed.truncate(COST_STEPS);
-        truth.states.truncate(COST_STEPS + 1);
-        let model = filters::model(config);
-        let sight = self.sight(config, &model, &truth, Watch::Nothing);
-        let steps = truth.sensed.len();
-        let once = |one: &dyn Fn() -> Vec<Outcome>| crate::cost::fastest_ns(1, steps, one);
-        let shared = shared_rules(config, &self.filters, &self.rates);
-        let mut ekf = f64::INFINITY;
-        // A filter that stops on its way has no cost of a whole flight.
-        let mut timed: Vec<_> =
-            result.filters.iter_mut().filter(|f| f.failed == 0).map(|f| (f, f64::INFINITY)).collect();
-        for _ in 0..rounds {
-            ekf = ekf.min(once(&|| alone(FilterName::Ekf, &sight)));
-            for (filter, least) in &mut timed {
-                let rule = shared.iter().find(|(label, _)| *label == filter.label);
-                let name = self.filters.iter().find(|name| name.name() == filter.label);
-                let ns = match (rule, name) {
-                    (Some(rule), _) => once(&|| sight.constants(&config.bank.densities, std::slice::from_ref(rule))),
-                    (None, Some(name)) => once(&|| alone(*name, &sight)),
-                    (None, None) => continue,
-                };
-                *least = least.min(ns);
-            }
-        }
-        for (filter, least) in timed {
-            (filter.step_ns, filter.ekfs) = (Some(least), Some(least / ekf));
-        }
-        if config.has_recorded_cost() {
-            self.look_up(result);
-        }
-    }
-
-    /// Writes down what was counted on the Cortex-M7, for this case with the settings as they are when nothing is set.
-    fn look_up(&self, result: &mut CaseResult) {
-        let count = |label: &str| m7::instructions(counted::mmae_name(self.scenario.number()), label);
-        let ekf = count(FilterName::Ekf.name());
-        for filter in &mut result.filters {
-            filter.m7_instructions = count(&filter.label);
-            filter.m7_ekfs = filter.m7_instructions.zip(ekf).map(|(own, ekf)| own / ekf);
-        }
-    }
-}
-
-/// Sums over entries.
-#[derive(Clone, Debug, Default)]
-struct Sums {
-    result: FilterResult,
-    first: Trace,
-    ended: u64,
-    squares: [f64; STATE],
-    nees: (f64, u64),
-    indefinite: u64,
-    watched: u64,
-    /// By the index of the instant: time, entries, squares, variances.
-    history: Vec<(f64, u64, [f64; STATE], [f64; STATE])>,
-}
-
-fn add(sum: &mut [f64; STATE], more: impl Iterator<Item = f64>) {
-    sum.iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
-}
-
-impl Sums {
-    fn add(&mut self, outcome: &Outcome, divergence_m: f64) {
-        if self.result.runs == 0 {
-            self.result.label.clone_from(&outcome.label);
-            self.first = Trace::of(outcome);
-        }
-        self.result.runs += 1;
-        self.indefinite += outcome.indefinite;
-        self.watched += outcome.watched;
-        match (&outcome.failure, outcome.notes.split_last()) {
-            (None, Some((end, before))) => {
-                self.end(end, outcome.nees, divergence_m);
-                self.remember(before);
-            }
-            (failure, _) => {
-                self.result.diverged += 1;
-                self.result.failed += 1;
-                self.stop(failure.clone().unwrap_or_else(|| (0.0, "it saw nothing".to_owned())));
-                self.remember(&outcome.notes);
-            }
-        }
-    }
-
-    fn end(&mut self, end: &Note, nees: Option<f64>, divergence_m: f64) {
-        self.ended += 1;
-        add(&mut self.squares, end.error.iter().map(|e| e * e));
-        let distance = end.error.iter().take(3).map(|e| e * e).sum::<f64>().sqrt();
-        // Written so that what is no number counts as far.
-        let is_near = distance <= divergence_m;
-        self.result.diverged += u64::from(!is_near);
-        if let Some(nees) = nees {
-            self.nees = (self.nees.0 + nees, self.nees.1 + 1);
-        }
-    }
-
-    fn stop(&mut self, (time_s, words): (f64, String)) {
-        let so_far = self.result.failure.get_or_insert(Failure { words, first_s: time_s, last_s: time_s });
-        so_far.first_s = so_far.first_s.min(time_s);
-        so_far.last_s = so_far.last_s.max(time_s);
-    }
-
-    fn remember(&mut self, notes: &[Note]) {
-        for (at, note) in notes.iter().enumerate() {
-            if self.history.len() <= at {
-                self.history.push((note.time_s, 0, [0.0; STATE], [0.0; STATE]));
-            }
-            if let Some((_, count, squares, variances)) = self.history.get_mut(at) {
-                *count += 1;
-                add(squares, note.error.iter().map(|e| e * e));
-                add(variances, note.variance.iter().copied());
-            }
-        }
-    }
-
-    fn result(self) -> FilterResult {
-        let Self { mut result, first, ended, squares, nees, indefinite, watched, history } = self;
-        if result.runs == 1 {
-            result.first = first;
-        }
-        result.rmse = Rmse::of_squares(squares.map(|sum| sum / ended as f64));
-        result.nees = (nees.1 > 0).then(|| nees.0 / nees.1 as f64);
-        result.indefinite_share = if watched == 0 { 0.0 } else { indefinite as f64 / watched as f64 };
-        // Means over the longer flights alone would be another thing than the ones before.
-        let most = history.first().map_or(0, |first| first.1);
-        let is_common = |(_, count, ..): &&(f64, u64, [f64; STATE], [f64; STATE])| 20 * *count >= 19 * most;
-        let moment = |&(time_s, count, squares, variances): &(f64, u64, [f64; STATE], [f64; STATE])| Moment {
-            time_s,
-            rmse: squares.map(|sum| (sum / count as f64).sqrt()),
-            sigma: variances.map(|sum| (sum / count as f64).sqrt()),
-        };
-        result.history = history.iter().take_while(is_common).map(moment).collect();
-        result
-    }
-}
-
-impl Trace {
-    fn of(outcome: &Outcome) -> Self {
-        let notes = &outcome.notes;
-        Self {
-            time_s: notes.iter().map(|note| note.time_s).collect(),
-            errors: notes.iter().map(|note| note.error).collect(),
-            sigmas: notes.iter().map(|note| note.variance.map(f64::sqrt)).collect(),
-            weights: outcome.weights.clone(),
         }
     }
 }

@@ -18,6 +18,10 @@ pub mod roster;
 pub mod run;
 #[cfg(feature = "std")]
 mod study;
+#[cfg(feature = "std")]
+mod sums;
+#[cfg(feature = "std")]
+mod timing;
 pub mod truth;
 
 #[cfg(feature = "std")]

@@ -15,23 +15,27 @@
 
 pub mod covariance;
 pub mod layout;
+mod learned;
 pub mod measurement;
 pub mod pressure;
 pub mod radio;
 pub mod transition;
+mod uncertainty;
 
 use covariance::{Covariance, ProcessNoise};
 use layout::{
     ACCELEROMETER_BIAS, ACCELEROMETER_MISALIGNMENT, ACCELEROMETER_SCALE, ALL, ATTITUDE, AXES, Full, GYRO_BIAS,
     GYRO_SCALE, LOG_DENSITY, POSITION, PRESSURE_OFFSET, PRESSURE_SCALE, VELOCITY,
 };
+pub use learned::Learned;
+use learned::inject;
 use measurement::{Observation, Queue, UpdateRule, update};
 use transition::{FrameStep, Transition};
+pub use uncertainty::Uncertainty;
 
 use super::bridge::BridgeNoise;
-use super::strapdown::{Increments, Nominal};
-use crate::frames::{Body, Inertial, Rot, Vec3};
-use crate::link::packet::{COVARIANCE_ELEMENTS, Innovation, MAX_INNOVATIONS, Verdict};
+use super::strapdown::Nominal;
+use crate::link::packet::{Innovation, MAX_INNOVATIONS, Verdict};
 use crate::link::parameters::{InitialKnowledge, NavigationMode, NavigationParameters};
 use crate::math::fun::{exp, sqrt};
 use crate::math::num::{abs, max};
@@ -42,115 +46,6 @@ use crate::probe::{Kernel, Probe};
 pub const FRAMES_PER_EPOCH: u8 = 5;
 /// Frames of a window with scalar updates, the last ones; they share evenly what is queued.
 const UPDATING_FRAMES: usize = 3;
-
-/// What the filter has learned besides position, velocity and attitude.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Learned {
-    /// Accelerometer bias, body axes, m/s².
-    pub accelerometer_bias_mps2: [f64; 3],
-    /// Gyro bias, body axes, rad/s.
-    pub gyro_bias_radps: [f64; 3],
-    /// Logarithm of density over the onboard model.
-    pub log_density: f64,
-    /// Accelerometer scale factor less 1, body axes.
-    pub accelerometer_scale: [f64; 3],
-    /// Accelerometer misalignment, rotation vector in body axes, rad.
-    pub accelerometer_misalignment_rad: [f64; 3],
-    /// Gyro scale factor less 1, body axes.
-    pub gyro_scale: [f64; 3],
-    /// Scale factor of the pressure less 1.
-    pub pressure_scale: f64,
-    /// Offset of the pressure, Pa.
-    pub pressure_offset_pa: f64,
-}
-
-impl Learned {
-    /// Nothing yet.
-    pub const NOTHING: Self = Self {
-        accelerometer_bias_mps2: [0.0; 3],
-        gyro_bias_radps: [0.0; 3],
-        log_density: 0.0,
-        accelerometer_scale: [0.0; 3],
-        accelerometer_misalignment_rad: [0.0; 3],
-        gyro_scale: [0.0; 3],
-        pressure_scale: 0.0,
-        pressure_offset_pa: 0.0,
-    };
-
-    /// Adds what was found of the errors.
-    fn add(&mut self, error: &Full) {
-        for (learned, first) in [
-            (&mut self.accelerometer_bias_mps2, ACCELEROMETER_BIAS),
-            (&mut self.gyro_bias_radps, GYRO_BIAS),
-            (&mut self.accelerometer_scale, ACCELEROMETER_SCALE),
-            (&mut self.accelerometer_misalignment_rad, ACCELEROMETER_MISALIGNMENT),
-            (&mut self.gyro_scale, GYRO_SCALE),
-        ] {
-            for (learned, change) in learned.iter_mut().zip(block(error, first)) {
-                *learned += change;
-            }
-        }
-        for (learned, at) in [
-            (&mut self.log_density, LOG_DENSITY),
-            (&mut self.pressure_scale, PRESSURE_SCALE),
-            (&mut self.pressure_offset_pa, PRESSURE_OFFSET),
-        ] {
-            *learned += error.get(at).copied().unwrap_or(0.0);
-        }
-    }
-
-    /// The increments of a frame as a faultless unit would have given them, by what is known of this one.
-    #[must_use]
-    pub fn compensated(&self, delta_v_b: &Vec3<Body>, delta_theta_b: &Vec3<Body>, dt_s: f64) -> Increments {
-        let part = |v: [f64; 3]| Vec3::<Body>::from_array(v);
-        let scaled = |v: &Vec3<Body>, [x, y, z]: [f64; 3]| Vec3::<Body>::new(v.x() * x, v.y() * y, v.z() * z);
-        Increments {
-            delta_v_b: *delta_v_b
-                - part(self.accelerometer_bias_mps2) * dt_s
-                - scaled(delta_v_b, self.accelerometer_scale)
-                + delta_v_b.cross(&part(self.accelerometer_misalignment_rad)),
-            delta_theta_b: *delta_theta_b - part(self.gyro_bias_radps) * dt_s - scaled(delta_theta_b, self.gyro_scale),
-        }
-    }
-}
-
-/// Three states from one on.
-fn block(error: &Full, first: usize) -> [f64; AXES] {
-    let mut v = [0.0; AXES];
-    for (to, from) in v.iter_mut().zip(error.iter().skip(first)) {
-        *to = *from;
-    }
-    v
-}
-
-/// Uncertainty as of the last finished epoch.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Uncertainty {
-    /// Lower triangle, row by row, of the covariance of position and velocity.
-    pub covariance: [f64; COVARIANCE_ELEMENTS],
-    /// Attitude, rad.
-    pub attitude_sigma_rad: [f64; 3],
-    /// Log-density.
-    pub log_density_sigma: f64,
-    /// Largest standard deviation of position along an axis, m.
-    pub position_sigma_m: f64,
-    /// Largest standard deviation of velocity along an axis, m/s.
-    pub velocity_sigma_mps: f64,
-    /// False while a variance is negative or not a number, until the next check restores it.
-    pub sound: bool,
-}
-
-impl Uncertainty {
-    /// None known, and not sound.
-    pub const NONE: Self = Self {
-        covariance: [0.0; COVARIANCE_ELEMENTS],
-        attitude_sigma_rad: [0.0; 3],
-        log_density_sigma: 0.0,
-        position_sigma_m: 0.0,
-        velocity_sigma_mps: 0.0,
-        sound: false,
-    };
-}
 
 /// The filter and all its work space, used in place.
 #[derive(Clone, Debug)]
@@ -391,14 +286,4 @@ impl Filter {
     pub fn overflow(&self) -> u16 {
         self.arriving.overflow().saturating_add(self.processing.overflow()).saturating_add(self.innovations.overflow())
     }
-}
-
-/// Adds an error to the nominal state and to what has been learned.
-fn inject(error: &Full, nominal: &mut Nominal, learned: &mut Learned) {
-    nominal.r_i += Vec3::from_array(block(error, POSITION));
-    nominal.v_i += Vec3::from_array(block(error, VELOCITY));
-    let tilt = Vec3::<Inertial>::from_array(block(error, ATTITUDE));
-    let tilt = Rot::<Inertial, Inertial>::from_rotation_vector(tilt.components());
-    nominal.attitude_bi = nominal.attitude_bi.then(&tilt).normalised();
-    learned.add(error);
 }
