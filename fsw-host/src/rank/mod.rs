@@ -64,7 +64,7 @@ pub struct RankArgs {
     /// Filters, separated by commas; all but `ideal` when left out.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = navigation_name())]
     pub filters: Vec<NavigationMode>,
-    /// What goes wrong; may be given several times, or as `all`.
+    /// What goes wrong that the flight software is not told of; may be given several times.
     #[arg(long = "case", value_name = "CASE", value_delimiter = ',', value_enum)]
     pub cases: Vec<CaseName>,
     /// All cases.
@@ -142,9 +142,11 @@ fn filters(args: &RankArgs) -> Vec<NavigationMode> {
 }
 
 fn scenario(args: &RankArgs, case: CaseName) -> Result<Scenario, HostError> {
-    let sets: Vec<String> = case.sets().into_iter().chain(args.common.set.iter().cloned()).collect();
-    let scenario = Scenario::resolve(&args.scenario, &sets)?;
+    let mut scenario = Scenario::resolve(&args.scenario, &args.common.set)?;
     let place = format!("{} in case {}", args.scenario, case.name());
+    case.apply(&mut scenario);
+    // Its ranges are those of a file.
+    let scenario = Scenario::from_text(&place, &scenario.to_toml(), Path::new(""), &[])?;
     scenario.check_reach().map_err(|e| ScenarioError { message: format!("{place}: {e}") })?;
     if scenario.navigation.filter == NavigationMode::Ideal {
         return Err(HostError::Option(format!(
