@@ -4,8 +4,9 @@ use fsw_core::link::parameters::{AtmosphereParameters, GuidanceMode, NavigationM
 use fsw_core::planet::Planet as PlanetSi;
 use serde::{Deserialize, Serialize};
 
+use super::air::{AtmosphereKind, AtmosphereRow};
 use super::sensors::Sensors;
-use super::world::{AtmosphereKind, AtmosphereRow, Planet, Vehicle};
+use super::world::{Planet, Vehicle};
 
 /// Parachute: (trigger and limits) or altitude below the floor; the box defines success.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,7 +96,7 @@ impl OnboardAtmosphere {
             reference_altitude_m: self.reference_altitude_km * 1e3,
             scale_height_m: self.scale_height_km * 1e3,
             temperature_k: self.temperature_k.unwrap_or_else(|| {
-                super::world::hydrostatic_temperature_k(planet, self.scale_height_km * 1e3, self.gas_constant_jpkgk)
+                super::air::hydrostatic_temperature_k(planet, self.scale_height_km * 1e3, self.gas_constant_jpkgk)
             }),
             gas_constant_jpkgk: self.gas_constant_jpkgk,
             heat_ratio: self.heat_ratio,

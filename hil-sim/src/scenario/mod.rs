@@ -1,28 +1,31 @@
 //! Scenarios: everything a flight needs, in one TOML file.
 
+mod air;
 mod blocks;
 mod check;
 mod dispersions;
+mod entry;
 mod error;
 mod flight;
 mod layers;
 mod load;
 mod ranges;
 mod sensors;
+mod sources;
 mod table;
 mod world;
 
 use serde::{Deserialize, Serialize};
 
+pub use air::{Atmosphere, AtmosphereKind, AtmosphereRow, Perturbation};
 pub use dispersions::{Dispersion, Dispersions, Fault, FaultKind, FaultTarget};
+pub use entry::{Entry, SphericalEntry};
 pub use error::ScenarioError;
 pub use flight::{Control, Deploy, DeployBox, Guidance, Limits, Navigation, Onboard, OnboardAtmosphere};
 pub use ranges::{RANGES, Range, range_of};
 pub use sensors::{Blackout, Imu, Pressure, Radio, Sensors};
-pub use world::{
-    AeroRow, Atmosphere, AtmosphereKind, AtmosphereRow, Beacon, Entry, Orbiter, Perturbation, Planet, SphericalEntry,
-    Target, Vehicle,
-};
+pub use sources::{Beacon, Orbiter};
+pub use world::{AeroRow, Planet, Target, Vehicle};
 
 /// A whole scenario. Field names and units are those of the TOML file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
