@@ -41,10 +41,46 @@ fn filters_are_ranked_on_the_same_logs_beside_the_bound_whatever_the_threads() {
 }
 
 #[test]
+fn the_default_filter_stands_on_the_bound_with_an_orbiter_and_with_a_beacon() {
+    let scratch = Scratch::new(&["rank"], "bound");
+    for scenario in ["msl", "msl-beacon"] {
+        let arguments = [scenario, "--runs", "100", "--filters", "ekf", "--open-loop", "--out", scenario, "--json"];
+        let flown = scratch.run(&arguments);
+        assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
+        let told: Value = serde_json::from_slice(&flown.stdout).expect("JSON");
+        let default = &told[0]["filters"][0];
+        println!("{scenario}: {} {}", default["over_bound"], default["nees"]);
+        for over_bound in ["/over_bound/0", "/over_bound/1"].map(|path| number(default, path)) {
+            // 100 entries know a root mean square to 7 %: less than half of the bound would be a fault of the bound.
+            assert!((0.5..=1.1).contains(&over_bound), "{scenario}: {over_bound}");
+        }
+        assert!((4.5..7.5).contains(&number(default, "/nees")), "{scenario}: {}", default["nees"]);
+        assert_eq!((&default["mended"], &default["not_finite"]), (&Value::from(0), &Value::from(0)));
+    }
+}
+
+#[test]
+fn every_filter_ends_its_entries_with_an_open_parachute() {
+    let scratch = Scratch::new(&["rank"], "all");
+    for scenario in ["msl", "msl-beacon"] {
+        let flown = scratch.run(&[scenario, "--runs", "3", "--seed", "11", "--out", scenario, "--json"]);
+        assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
+        let told: Value = serde_json::from_slice(&flown.stdout).expect("JSON");
+        let placed = told[0]["filters"].as_array().expect("filters");
+        assert_eq!(placed.len(), 21);
+        for p in placed {
+            let sound = p["opened"] == 3 && p["not_finite"] == 0 && p["mended"] == 0 && p["indefinite_pct"] == 0.0;
+            assert!(sound, "{scenario}: {p}");
+        }
+    }
+}
+
+#[test]
 fn bad_input_is_refused_in_one_sentence() {
     let scratch = Scratch::new(&["rank"], "refused");
     for (arguments, words) in [
         (&["msl", "--filters", "kalman"][..], "kalman"),
+        (&["msl", "--filters", "ekf,imm,ekf"], "ekf twice"),
         (&["msl", "--runs", "0"], "0"),
         (&["msl", "--case", "storm"], "storm"),
         (&["nowhere"], "nowhere"),

@@ -97,6 +97,18 @@ pub fn whole(name: &str, value: u64, low: u64, high: u64) -> Result<(), String> 
     if (low..=high).contains(&value) { Ok(()) } else { Err(format!("{name} is {value}; it must be {low} to {high}")) }
 }
 
+/// Ok for a list that is not empty and names nothing twice.
+///
+/// # Errors
+/// A sentence with the name of the list, and the place and the name of what is there again.
+pub fn distinct<T: PartialEq>(list: &str, values: &[T], name: impl Fn(&T) -> &'static str) -> Result<(), String> {
+    if values.is_empty() {
+        return Err(format!("{list} must name at least one filter"));
+    }
+    let twice = values.iter().enumerate().find(|(at, value)| values.iter().take(*at).any(|v| v == *value));
+    twice.map_or(Ok(()), |(at, value)| Err(format!("{list}[{at}] names {} twice", name(value))))
+}
+
 /// [`within`] for each of a list, which must not be empty.
 ///
 /// # Errors
@@ -180,5 +192,7 @@ mod tests {
         assert_eq!(each("sigmas", &[1.0, 3.0], 1.0, 2.0).unwrap_err(), "sigmas[1] is 3; it must be 1 to 2");
         assert!(each("sigmas", &[], 1.0, 2.0).unwrap_err().contains("at least one"));
         assert!(whole("runs", 0, 1, 9).is_err());
+        assert_eq!(distinct("fly", &["a", "b", "a"], |name| *name).unwrap_err(), "fly[2] names a twice");
+        assert!(distinct("fly", &["a", "b"], |name| *name).is_ok() && distinct("fly", &[""; 0], |name| *name).is_err());
     }
 }

@@ -60,6 +60,32 @@ fn the_papers_gating_finds_the_model_next_to_the_truth_in_its_special_case() {
     }
 }
 
+/// On few draws too: the errors are compared with those of what attains the bound on the very same ones.
+#[test]
+fn a_filter_that_estimates_the_density_attains_the_bound_where_the_papers_gating_does_not() {
+    let mut config = Config::default();
+    config.filters.fly = vec![FilterName::Gating, FilterName::Augmented];
+    // The best for scenario 1, and for scenario 2.
+    config.bank.rates = vec![1.0, 0.01];
+    for (scenario, most_of_gating) in [(1, 0.95), (2, 0.5)] {
+        let case = flown(&config, "ranking", scenario, 120);
+        let attained = case.bound.expect("a bound").attained;
+        let ours = case.filter("augmented").expect("it was flown");
+        let nees = ours.nees.expect("a covariance");
+        let [position, velocity] =
+            [ours.rmse.position_m / attained.position_m, ours.rmse.velocity_mps / attained.velocity_mps];
+        let of_gating = ours.rmse.position_m / case.best_gating().expect("it was flown").rmse.position_m;
+        println!("scenario {scenario}: {position:.3} {velocity:.3} NEES {nees:.2}, {of_gating:.3} of the gating's");
+        assert!(position < 1.03 && velocity < 1.03, "{position} {velocity}");
+        for (axis, (ours, attained)) in ours.rmse.axes.iter().zip(&attained.axes).enumerate() {
+            assert!(ours / attained < 1.07, "scenario {scenario}, axis {axis}: {}", ours / attained);
+        }
+        // So many draws of six states know their mean to a third of one.
+        assert!((4.5..8.7).contains(&nees), "{nees}");
+        assert!(of_gating < most_of_gating, "{of_gating}");
+    }
+}
+
 /// Everything that is asked, as `study mmae` flies it.
 #[test]
 #[ignore = "thirty minutes of two cores"]

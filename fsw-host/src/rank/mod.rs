@@ -92,7 +92,7 @@ pub fn run(args: &RankArgs) -> Result<bool, HostError> {
         ([], false) => vec![CaseName::Plain],
         (cases, false) => cases.to_vec(),
     };
-    let filters = filters(args);
+    let filters = filters(args)?;
     // Every case is checked before the first flight.
     let scenarios =
         cases.iter().map(|case| Ok((*case, scenario(args, *case)?))).collect::<Result<Vec<_>, HostError>>()?;
@@ -133,12 +133,13 @@ pub fn run(args: &RankArgs) -> Result<bool, HostError> {
     Ok(rankings.iter().all(Ranking::is_sound))
 }
 
-fn filters(args: &RankArgs) -> Vec<NavigationMode> {
-    if args.filters.is_empty() {
-        NavigationMode::ALL.iter().copied().filter(|mode| *mode != NavigationMode::Ideal).collect()
-    } else {
-        args.filters.clone()
+fn filters(args: &RankArgs) -> Result<Vec<NavigationMode>, HostError> {
+    let chosen = &args.filters;
+    if let Some((_, twice)) = chosen.iter().enumerate().find(|(at, mode)| chosen.iter().take(*at).any(|m| m == *mode)) {
+        return Err(HostError::Option(format!("--filters names {} twice", twice.name())));
     }
+    let all = NavigationMode::ALL.iter().copied().filter(|mode| *mode != NavigationMode::Ideal);
+    Ok(if chosen.is_empty() { all.collect() } else { chosen.clone() })
 }
 
 fn scenario(args: &RankArgs, case: CaseName) -> Result<Scenario, HostError> {

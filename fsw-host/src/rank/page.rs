@@ -40,6 +40,7 @@ fn section(args: &RankArgs, ranking: &Ranking) -> Result<Markup, PlotError> {
             h2 { "Case " (ranking.case) }
             div.wide { (figure) }
             (table(ranking))
+            @if let Some(told) = ranking.standing() { p { (told) } }
             p { (ranking.failures()) }
             p { "M7: thousands of instructions (not cycles) on the reference computer, over whole hard flights: navigation in a second on average, and the worst minor frame with guidance and link in it." }
         }

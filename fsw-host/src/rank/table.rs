@@ -53,6 +53,9 @@ pub struct Placed {
     pub nees_inside_pct: Option<f64>,
     /// Share of epochs with an indefinite covariance, percent.
     pub indefinite_pct: f64,
+    /// Times that the flight software found a pivot of the full covariance, 27 states of the strapdown solution, without its
+    /// variance, and mended it.
+    pub mended: u64,
     /// Flights in which the filter was given up for dead reckoning.
     pub given_up: usize,
     /// Estimates that were no number.
@@ -80,6 +83,8 @@ pub struct Ranking {
     pub filters: Vec<Placed>,
 }
 
+/// What the default filter may exceed the bound by when the parachute opens.
+const MOST_OVER_BOUND: f64 = 1.1;
 /// Filters that are there to be seen failing.
 const TEACHING: [NavigationMode; 2] = [NavigationMode::MmaeBare, NavigationMode::MmaeProduct];
 
@@ -132,15 +137,36 @@ impl Ranking {
 
     /// Numbers that are none and covariances that are not positive definite, in a sentence.
     pub(super) fn failures(&self) -> String {
-        let failed = self.filters.iter().filter(|placed| placed.not_finite > 0 || placed.indefinite_pct > 0.0);
+        let failed = self.filters.iter().filter(|p| p.not_finite > 0 || p.indefinite_pct > 0.0 || p.mended > 0);
         let told: Vec<String> = failed
-            .map(|p| format!("{}: {} estimates, {:.2} % of the epochs", p.filter, p.not_finite, p.indefinite_pct))
+            .map(|p| {
+                let Placed { filter, not_finite, indefinite_pct, mended, .. } = p;
+                format!("{filter}: {not_finite} estimates, {indefinite_pct:.2} % of the epochs, {mended} times")
+            })
             .collect();
         if told.is_empty() {
-            "No filter gave an estimate that is no number, or a covariance that is not positive definite.".to_owned()
+            "No filter gave an estimate that is no number, or a covariance that is not positive definite, or had one mended.".to_owned()
         } else {
-            format!("Estimates that are no number, and epochs with an indefinite covariance: {}.", told.join("; "))
+            format!(
+                "Estimates that are no number, epochs with an indefinite covariance, times one was mended: {}.",
+                told.join("; ")
+            )
         }
+    }
+
+    /// How the default filter stands to the bound, in a sentence; none when it was not flown. The errors of so many entries are
+    /// known to a part of 1/√2N.
+    pub(super) fn standing(&self) -> Option<String> {
+        let default = self.filters.iter().find(|placed| placed.filter == NavigationMode::default().name())?;
+        let [position, velocity] = default.over_bound;
+        let verdict = if position.max(velocity) <= MOST_OVER_BOUND { "met" } else { "missed" };
+        Some(format!(
+            "The default, {}, stands at {position:.2} of the bound in position and {velocity:.2} in velocity when the parachute opens \
+             (asked for: at most {MOST_OVER_BOUND}, {verdict}); {} entries know that to {:.0} % (1 σ).",
+            default.filter,
+            default.flights,
+            100.0 / (2.0 * default.flights as f64).sqrt()
+        ))
     }
 
     /// Whether every filter that is no teaching baseline stayed with numbers and sound covariances, and ended its flights.
@@ -149,7 +175,7 @@ impl Ranking {
         let teaching = TEACHING.map(NavigationMode::name);
         self.filters.iter().filter(|placed| !teaching.contains(&placed.filter)).all(|placed| {
             let completes = placed.opened.is_none_or(|opened| opened * 100 >= placed.flights * 99);
-            placed.not_finite == 0 && placed.indefinite_pct == 0.0 && completes
+            placed.not_finite == 0 && placed.indefinite_pct == 0.0 && placed.mended == 0 && completes
         })
     }
 }
@@ -174,6 +200,7 @@ fn place(mode: NavigationMode, bound: &Limit, judged: &[&Judged]) -> Placed {
         nees: share(judged.iter().map(|filter| filter.nees).sum()),
         nees_inside_pct: share(100.0 * sum(|filter| filter.inside) as f64),
         indefinite_pct: 100.0 * sum(|filter| filter.indefinite) as f64 / epochs.max(1) as f64,
+        mended: sum(|filter| filter.mended),
         given_up: judged.iter().filter(|filter| filter.given_up_s.is_some()).count(),
         not_finite: sum(|filter| filter.not_finite) as usize,
         miss_m: (!misses.is_empty()).then(|| [at(0.5), at(0.9), misses.last().copied().unwrap_or(f64::NAN)]),
@@ -244,6 +271,7 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
             args.scenario, ranking.case, args.runs, args.seed
         );
         out += &aligned(&HEADS.map(str::to_owned), &ranking.rows(), &[]);
+        ranking.standing().iter().for_each(|told| out += &format!("  {told}\n"));
         let _ = writeln!(out, "  {}", ranking.failures());
     }
     out.push_str(

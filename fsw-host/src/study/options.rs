@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use crate::campaign::arguments::threads;
 use crate::cli::Common;
 
 /// Runs of a study when nothing is said.
@@ -35,7 +36,7 @@ pub struct StudyArgs {
     #[arg(long, value_name = "F", default_value = "msl")]
     pub config: String,
     /// Threads; as many as there are cores when left out. Results do not depend on it.
-    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    #[arg(long, value_name = "J", value_parser = threads, allow_negative_numbers = true)]
     pub jobs: Option<std::num::NonZeroUsize>,
     /// Study folder: new, or one in which the same study was begun, which then goes on. Without it
     /// studies/npc-SCENARIO-seedS-Nruns.

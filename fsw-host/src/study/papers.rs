@@ -8,6 +8,7 @@ use clap::Args;
 use fsw_study::settings::Stored;
 use serde::Serialize;
 
+use crate::campaign::arguments::threads;
 use crate::error::HostError;
 use crate::output::{json_text, print};
 use crate::report::PlotError;
@@ -43,7 +44,7 @@ pub struct PaperArgs {
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads; as many as there are cores when left out. Results do not depend on it.
-    #[arg(long, value_name = "J", allow_negative_numbers = true)]
+    #[arg(long, value_name = "J", value_parser = threads, allow_negative_numbers = true)]
     pub jobs: Option<std::num::NonZeroUsize>,
     /// Study folder; without it studies/NAME-seedS-Nruns. Files of a study in it are replaced.
     #[arg(long, value_name = "DIR")]

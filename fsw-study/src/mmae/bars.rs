@@ -35,7 +35,7 @@ impl Bar {
     }
 }
 
-/// When the weight of the last model first passed `level` for good, s; and whether it ever did.
+/// When the weight of the last model first passed `level`, s; none if it never did.
 #[must_use]
 pub fn last_model_passes_s(case: &CaseResult, level: f64) -> Option<f64> {
     let trace = &case.filters.iter().find(|f| f.label.starts_with("gating"))?.first;
@@ -43,7 +43,7 @@ pub fn last_model_passes_s(case: &CaseResult, level: f64) -> Option<f64> {
     trace.time_s.get(passed).copied()
 }
 
-/// All bars of the issue, in the order of the study.
+/// What is asked of the figures, in the order of the study.
 #[must_use]
 pub fn bars(study: &Study) -> Vec<Bar> {
     let mut bars = fixed(study);

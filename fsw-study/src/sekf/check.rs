@@ -3,7 +3,7 @@
 use super::config::{Config, Sensors, Settings, Tuning};
 use super::kind::Kind;
 use super::table1::{SURFACE_M, Table1};
-use crate::settings::{Stored, each, parse_over_defaults, whole, within, write};
+use crate::settings::{Stored, distinct, each, parse_over_defaults, whole, within, write};
 
 impl Stored for Config {
     fn from_toml(text: &str) -> Result<Self, String> {
@@ -50,11 +50,7 @@ impl Config {
         if !f.fly.contains(&Kind::Ekf) {
             return Err("filters.fly must name ekf, which the others are set against".to_owned());
         }
-        if let Some((at, twice)) =
-            f.fly.iter().enumerate().find(|(at, kind)| f.fly.iter().take(*at).any(|k| k == *kind))
-        {
-            return Err(format!("filters.fly[{at}] names {} twice", twice.name()));
-        }
+        distinct("filters.fly", &f.fly, |kind| kind.name())?;
         whole("filters.sekf_start_step", f.sekf_start_step as u64, 1, 1_000_000)?;
         within("filters.late_start_s", f.late_start_s, 0.0, e.duration_s)?;
         within("filters.input_sigma", f.input_sigma, 0.0, 1e3)?;

@@ -1,7 +1,7 @@
 //! Ranges of the settings, each with a sentence for what lies outside.
 
 use super::Config;
-use crate::settings::{Stored, each, parse_over_defaults, whole, within, write};
+use crate::settings::{Stored, distinct, each, parse_over_defaults, whole, within, write};
 
 /// Most steps of a flight: what fits into memory.
 const MAX_STEPS: f64 = 1e6;
@@ -28,7 +28,7 @@ impl Config {
         within("experiment.step_s", e.step_s, 1e-3, 10.0)?;
         within("experiment.duration_s", e.duration_s, e.step_s, MAX_STEPS * e.step_s)?;
         within("experiment.bank_deg", e.bank_deg, -180.0, 180.0)?;
-        each("experiment.process_noise", &e.process_noise, 0.0, 1e6)?;
+        each("experiment.process_noise", &e.process_noise, 1e-12, 1e6)?;
         within("experiment.average_from_s", e.average_from_s, 0.0, e.duration_s - e.step_s)?;
         within("experiment.divergence_m", e.divergence_m, 1.0, 1e9)?;
         within("entry.altitude_km", self.entry.altitude_km, 1.0, 1e3)?;
@@ -67,9 +67,7 @@ impl Config {
 
     fn check_filters(&self) -> Result<(), String> {
         let f = &self.filters;
-        if f.fly.is_empty() {
-            return Err("filters.fly must name at least one filter".into());
-        }
+        distinct("filters.fly", &f.fly, |kind| kind.name())?;
         each("filters.weights", &f.weights, 0.0, 1e3)?;
         each("filters.rank_thresholds", &f.rank_thresholds, 0.0, 1.0)?;
         each("filters.free_thresholds", &f.free_thresholds, 0.0, 1.0)?;
@@ -104,6 +102,8 @@ mod tests {
             ("[sensors]\nrange_m = -1.0", "sensors.range_m is -1"),
             ("[filters]\nfree_thresholds = [1e-4, -1e-3]", "filters.free_thresholds[1] is -0.001; it must be 0 to 1"),
             ("[filters]\nrank_thresholds = []", "filters.rank_thresholds must hold at least one value"),
+            ("[experiment]\nprocess_noise = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]", "experiment.process_noise[0] is 0"),
+            ("[filters]\nfly = [\"rddf1\", \"rddf1\"]", "filters.fly[1] names"),
             ("[filters]\nfly = []", "filters.fly must name at least one filter"),
             ("[filters]\nweights = [0.5, nan]", "filters.weights[1] is NaN"),
             ("[experiment]\naverage_from_s = 400.0", "experiment.average_from_s is 400"),

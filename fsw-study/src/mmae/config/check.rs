@@ -1,7 +1,11 @@
 //! Ranges of the settings, each with a sentence for what lies outside.
 
-use super::{Config, MOST_MODELS};
-use crate::settings::{Stored, each, parse_over_defaults, within, write};
+use super::{Config, MOST_MODELS, Reading};
+use crate::mmae::truth::{Draw, fly};
+use crate::settings::{Stored, distinct, each, parse_over_defaults, within, write};
+
+/// Longest flight, s.
+const LONGEST_S: f64 = 1e4;
 
 impl Stored for Config {
     fn from_toml(text: &str) -> Result<Self, String> {
@@ -21,9 +25,7 @@ impl Config {
     /// # Errors
     /// One sentence for the first thing that is not.
     pub fn check(&self) -> Result<(), String> {
-        if self.filters.fly.is_empty() {
-            return Err("filters.fly must name at least one filter".to_owned());
-        }
+        distinct("filters.fly", &self.filters.fly, |filter| filter.name())?;
         self.check_flight()?;
         self.check_world()?;
         self.check_bank()?;
@@ -46,7 +48,23 @@ impl Config {
         within("robust.wave", self.robust.wave, 0.0, 0.9)?;
         within("robust.wavelength_m", self.robust.wavelength_m, 1.0, 1e6)?;
         within("robust.bias_ug", self.robust.bias_ug, 0.0, 1e6)?;
-        within("robust.share_of_runs", self.robust.share_of_runs, 0.0, 1.0)
+        within("robust.share_of_runs", self.robust.share_of_runs, 0.0, 1.0)?;
+        self.check_length()
+    }
+
+    /// Whether the parachute opens at all.
+    fn check_length(&self) -> Result<(), String> {
+        let mut patient = self.clone();
+        patient.flight.longest_s = LONGEST_S;
+        let nominal = Draw { reading: Reading::A, every: usize::MAX, fixed_density: Some(0.0), is_robust: false };
+        let steps = fly(&patient, &nominal, 0, 0).sensed.len();
+        let needed_s = steps as f64 * self.flight.step_s;
+        if needed_s <= self.flight.longest_s {
+            return Ok(());
+        }
+        let longest_s = self.flight.longest_s;
+        let more = if needed_s < LONGEST_S { format!("{needed_s:.1} s") } else { format!("more than {LONGEST_S} s") };
+        Err(format!("flight.longest_s is {longest_s}; an entry in nominal air takes {more} to flight.deploy_mps"))
     }
 
     /// Whether its filters do the very work that [`crate::m7`] has the cost of: all but which are flown and what is searched is
@@ -69,7 +87,7 @@ impl Config {
         within("flight.truth_substeps", f64::from(flight.truth_substeps), 1.0, 1e3)?;
         within("flight.deploy_mps", flight.deploy_mps, 1.0, 1e4)?;
         within("flight.bank_deg", flight.bank_deg, -180.0, 180.0)?;
-        within("flight.longest_s", flight.longest_s, flight.step_s, 1e4)?;
+        within("flight.longest_s", flight.longest_s, flight.step_s, LONGEST_S)?;
         within("flight.record_s", flight.record_s, flight.step_s, 1e3)?;
         within("flight.divergence_m", flight.divergence_m, 1.0, 1e9)
     }
@@ -98,8 +116,10 @@ impl Config {
         within("density.width", self.density.width, 1e-6, 0.9)?;
         for (name, densities) in [("bank.densities", &bank.densities), ("bank.fine_densities", &bank.fine_densities)] {
             each(name, densities, -0.9, 9.0)?;
-            if densities.len() > MOST_MODELS {
-                return Err(format!("{name} holds {} models; a bank has 1 to {MOST_MODELS}", densities.len()));
+            if densities.len() < 2 || densities.len() > MOST_MODELS {
+                let models =
+                    if densities.len() == 1 { "1 model".to_owned() } else { format!("{} models", densities.len()) };
+                return Err(format!("{name} holds {models}; a bank has 2 to {MOST_MODELS}"));
             }
         }
         let share = 1.0 / bank.densities.len() as f64;
