@@ -201,6 +201,44 @@ proptest! {
         }
     }
 
+    /// x' = a x + c x², each component by itself: for a normal x of variance σ² the mean is a x̂ + c (x̂² + σ²) and the variance
+    /// (a + 2c x̂)² σ² + 2c² σ⁴, which second differences have and first differences, like an EKF, have without the terms in c
+    /// alone; central differences give the slope of a quadratic without error.
+    #[test]
+    fn on_a_quadratic_map_the_first_order_is_the_ekf_and_the_second_its_theory(
+        state in three(-1.0..1.0), sigmas in three(0.1..1.0), c in -1.0..1.0f64, z in -2.0..2.0f64, r in 0.2..2.0f64
+    ) {
+        let toy = Toy { a: Square::from_diagonal(&SVector::from([0.8, 1.1, -0.7])), b: Wide::zeros(), c };
+        for (order, second) in [(Order::First, 0.0), (Order::Second, 1.0)] {
+            let of = |i: usize| (state[i], sigmas[i] * sigmas[i], toy.a[(i, i)] + 2.0 * c * state[i]);
+            let mean = |i: usize| toy.a[(i, i)] * state[i] + c * (state[i] * state[i] + second * of(i).1);
+            let variance = |i: usize| { let (_, p, slope) = of(i); slope * slope * p + second * 2.0 * c * c * p * p };
+
+            let mut filter = Divided::new(state, &sigmas, Settings::plain(order)).unwrap();
+            filter.predict(&toy, 1.0, &[0.0; N]).unwrap();
+            for i in 0..N {
+                prop_assert!((filter.state[i] - mean(i)).abs() < 1e-12);
+                for j in 0..N {
+                    let expected = if i == j { variance(i) } else { 0.0 };
+                    prop_assert!((filter.covariance(i, j) - expected).abs() < 1e-12, "{order:?} {i} {j}");
+                }
+            }
+
+            // The same map as a measurement of the second component.
+            let mut filter = Divided::new(state, &sigmas, Settings::plain(order)).unwrap();
+            let reading = Reading { sensor: ToySensor { toy: &toy, row: 1, variance: r }, value: z };
+            filter.correct::<_, 1>(&[reading], OPEN).unwrap();
+            let (x, p, slope) = of(1);
+            let (across, innovation) = (slope * p, variance(1) + r);
+            prop_assert!((filter.state[1] - x - across / innovation * (z - mean(1))).abs() < 1e-11);
+            prop_assert!((filter.covariance(1, 1) - p + across * across / innovation).abs() < 1e-11);
+            for i in [0, 2] {
+                prop_assert!((filter.state[i] - state[i]).abs() < 1e-12);
+                prop_assert!((filter.covariance(i, i) - of(i).1).abs() < 1e-12 && filter.covariance(i, 1).abs() < 1e-12);
+            }
+        }
+    }
+
     #[test]
     fn scalars_in_turn_are_the_batch_where_none_depends_on_the_parameters(
         toy in toy(), numbers in numbers(), z in three(-2.0..2.0), r in three(0.2..2.0)
