@@ -1,4 +1,5 @@
-//! The physical limit of a flight's navigation: the posterior Cramér–Rao bound on what the flight software was sent.
+//! The physical limit of a flight's navigation: the posterior Cramér–Rao bound on what the flight software was sent, for who
+//! knows the statistics of the sensors that flew, whatever the flight software was told of them.
 //!
 //! `rank` sets it beside every filter, `fly` beside the one that flew.
 
@@ -67,8 +68,8 @@ pub fn of(log: &LinkLog, record: &FlightRecord) -> Result<Vec<Least>, HostError>
 #[must_use]
 pub fn along(flight: &Recorded, is_asked: impl Fn(usize) -> bool) -> Vec<Least> {
     let config = &flight.config;
-    let (planet, parameters) = (&config.planet, &config.navigation);
-    let mut bound = InertialBound::new(&config.initial_knowledge, parameters, planet);
+    let planet = &config.planet;
+    let mut bound = InertialBound::new(&config.initial_knowledge, &flight.sensors, planet);
     let mut sources = config.sources.map(|source| SourceState::new(&source, planet));
     let instant = |k: usize, truth: &Truth| {
         let [w, x, y, z] = truth.attitude;
@@ -101,7 +102,7 @@ pub fn along(flight: &Recorded, is_asked: impl Fn(usize) -> bool) -> Vec<Least> 
 
 /// A stagnation pressure at the true state; hypersonic coefficient of the flow in its derivatives.
 fn pressure(bound: &mut InertialBound, flight: &Recorded, batch: &Batch, truth: &Truth) {
-    let p = &flight.config.navigation;
+    let p = &flight.sensors;
     let Some(read) = &batch.pressure else { return };
     if truth.dynamic_pressure_pa < p.pressure_min_dynamic_pa {
         return;
@@ -124,7 +125,7 @@ fn radio(
     sources: &mut [SourceState; MAX_SOURCES],
     time: MissionTime,
 ) {
-    let p = &flight.config.navigation;
+    let p = &flight.sensors;
     for (_, source) in batch.radio.iter().zip(sources).filter(|(read, _)| read.is_some()) {
         let Ok((r_s, v_s)) = source.at(&flight.config.planet, time) else { continue };
         let (r_s, v_s) = (Vector3::from(r_s.to_array()), Vector3::from(v_s.to_array()));
@@ -156,6 +157,20 @@ mod tests {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         let scenario = Scenario::resolve("msl", &sets).unwrap();
         fly_kept(&scenario, 1, 0).unwrap()
+    }
+
+    #[test]
+    fn a_sensor_that_is_worse_than_the_flight_software_was_told_has_the_bound_of_what_it_is() {
+        let at_the_end = |sets: &[&str]| {
+            let (log, record) = flown(sets);
+            of(&log, &record).unwrap().last().unwrap().rms()[0]
+        };
+        let belief = "onboard.sensors.imu.accelerometer_bias_ug=100.0";
+        let (worse, told) = ("sensors.imu.accelerometer_bias_ug=3000.0", "sensors.imu.accelerometer_bias_ug=100.0");
+        let (secret, known) = (at_the_end(&[worse, belief]), at_the_end(&[worse]));
+        assert!(at_the_end(&[told, belief]) < 0.9 * secret, "{secret}");
+        // The path differs with what the flight software knew; the limit hardly.
+        assert!((secret / known - 1.0).abs() < 0.05, "{secret} {known}");
     }
 
     #[test]

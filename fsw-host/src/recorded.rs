@@ -4,6 +4,7 @@ use std::io;
 
 use fsw_core::config::Config;
 use fsw_core::link::packet::{Command, RejectCounters, Truth, Uplink};
+use fsw_core::link::parameters::NavigationParameters;
 use fsw_core::link::receiver::Receiver;
 use fsw_core::link::schema::SCHEMA_HASH;
 use fsw_core::model::OnboardModel;
@@ -27,6 +28,8 @@ const LONGEST_GAP: u32 = FRAMES_PER_SECOND;
 pub struct Recorded {
     /// Parameters as they were loaded over the link.
     pub config: Box<Config>,
+    /// Statistics of the sensors that flew, whatever the flight software was told of them.
+    pub sensors: NavigationParameters,
     /// The onboard model that follows from them.
     pub model: Box<OnboardModel>,
     /// What each minor frame brought; the first is frame 1.
@@ -86,7 +89,7 @@ impl Recorded {
         let model = OnboardModel::new(c.planet, &c.vehicle, &c.aero_rows, &c.atmosphere, &c.atmosphere_rows);
         let model = Box::new(model.map_err(|why| refused(why.to_string()))?);
         let bank_accel_radps2 = record.actuators.iter().map(|actuator| actuator.bank_accel_radps2).collect();
-        Ok(Self { config, model, frames, bank_accel_radps2, truth })
+        Ok(Self { config, sensors: record.facts.sensors, model, frames, bank_accel_radps2, truth })
     }
 
     /// Each frame's number, its end, its measurements as the flight software accepts them, and the true state then.

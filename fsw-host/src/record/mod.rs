@@ -5,7 +5,9 @@
 mod summary;
 
 use fsw_core::link::packet::{Actuator, Event, GuidanceTlm, HealthTlm, NavTlm, Truth};
-use fsw_core::link::parameters::{ConstraintParameters, DeployParameters, NavigationMode, Target, TriggerKind};
+use fsw_core::link::parameters::{
+    ConstraintParameters, DeployParameters, NavigationMode, NavigationParameters, Target, TriggerKind,
+};
 use fsw_core::planet::{Planet, STANDARD_GRAVITY_MPS2};
 use fsw_core::probe::SLOT_COUNT;
 use fsw_core::time::{FRAME, MissionTime};
@@ -97,6 +99,8 @@ pub struct ScenarioFacts {
     pub navigation: NavigationMode,
     /// Nose radius of the vehicle, m, for the heat flux.
     pub nose_radius_m: f64,
+    /// Statistics of the sensors that fly, and of the density, in the terms of the flight software.
+    pub sensors: NavigationParameters,
     /// Names of the radio sources by slot (orbiters first, then beacons).
     pub source_names: Vec<String>,
 }
@@ -138,6 +142,7 @@ impl ScenarioFacts {
             },
             navigation: scenario.navigation.filter,
             nose_radius_m: scenario.vehicle.nose_radius_m,
+            sensors: scenario.true_sensors(),
             source_names: orbiters.chain(scenario.beacon.iter().map(|b| b.name.clone())).collect(),
         }
     }

@@ -59,6 +59,7 @@ fn facts() -> ScenarioFacts {
         constraints: ConstraintParameters { load_mps2: 147.0, heat_flux_wpm2: 1e6, dynamic_pressure_pa: 20_000.0 },
         navigation: NavigationMode::Ekf,
         nose_radius_m: 1.125,
+        sensors: fsw_core::config::Config::DEFAULT.navigation,
         source_names: vec!["orbiter".into(), "beacon".into()],
     }
 }

@@ -9,7 +9,7 @@ use fsw_core::link::parameters::{
 use fsw_core::planet::STANDARD_GRAVITY_MPS2;
 use fsw_core::units::rad;
 
-use super::Scenario;
+use super::{Scenario, Sensors};
 
 /// Metres per second squared of a millionth of standard gravity.
 const MICRO_G_MPS2: f64 = 1e-6 * STANDARD_GRAVITY_MPS2;
@@ -42,7 +42,7 @@ impl Scenario {
         }));
         blocks.push(ParameterBlock::Deploy(self.deploy_parameters()));
         blocks.extend(self.source_blocks());
-        blocks.push(ParameterBlock::Navigation(self.navigation_parameters()));
+        blocks.push(ParameterBlock::Navigation(self.navigation_parameters(&self.onboard.sensors)));
         blocks.push(ParameterBlock::Guidance(self.guidance_parameters()));
         blocks.push(ParameterBlock::Constraints(ConstraintParameters {
             load_mps2: self.guidance.limits.load_g * STANDARD_GRAVITY_MPS2,
@@ -124,9 +124,14 @@ impl Scenario {
         }
     }
 
-    fn navigation_parameters(&self) -> NavigationParameters {
-        let (imu, pressure, radio) =
-            (&self.onboard.sensors.imu, &self.onboard.sensors.pressure, &self.onboard.sensors.radio);
+    /// The statistics of the sensors that fly, in the terms in which the flight software is told of those that it believes in.
+    #[must_use]
+    pub fn true_sensors(&self) -> NavigationParameters {
+        self.navigation_parameters(&self.sensors)
+    }
+
+    fn navigation_parameters(&self, sensors: &Sensors) -> NavigationParameters {
+        let Sensors { imu, pressure, radio } = sensors;
         NavigationParameters {
             accelerometer_bias_sigma_mps2: imu.accelerometer_bias_ug * MICRO_G_MPS2,
             accelerometer_scale_sigma: imu.accelerometer_scale_ppm * 1e-6,
