@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use fsw_core::link::parameters::NavigationMode;
 use serde::Serialize;
 
-use super::RankArgs;
 use super::cost::{OnTarget, on_target};
 use super::entry::{Closed, Curve, EPOCH_S, Entry, Judged, THINNING};
+use super::{CaseName, RankArgs};
 use crate::campaign::statistics::quantile;
 use crate::campaign::summary::ascending;
 use crate::columns::aligned;
@@ -159,10 +159,16 @@ impl Ranking {
     pub(super) fn standing(&self) -> Option<String> {
         let default = self.filters.iter().find(|placed| placed.filter == NavigationMode::default().name())?;
         let [position, velocity] = default.over_bound;
-        let verdict = if position.max(velocity) <= MOST_OVER_BOUND { "met" } else { "missed" };
+        // It is asked for where the flight software was told the truth of its sensors and its air.
+        let asked = match (self.case == CaseName::Plain.name(), position.max(velocity) <= MOST_OVER_BOUND) {
+            (false, _) => String::new(),
+            (true, is_met) => {
+                format!(" (asked for: at most {MOST_OVER_BOUND}, {})", if is_met { "met" } else { "missed" })
+            }
+        };
         Some(format!(
-            "The default, {}, stands at {position:.2} of the bound in position and {velocity:.2} in velocity when the parachute opens \
-             (asked for: at most {MOST_OVER_BOUND}, {verdict}); {} entries know that to {:.0} % (1 σ).",
+            "The default, {}, stands at {position:.2} of the bound in position and {velocity:.2} in velocity when the parachute opens\
+             {asked}; {} entries know that to {:.0} % (1 σ).",
             default.filter,
             default.flights,
             100.0 / (2.0 * default.flights as f64).sqrt()
