@@ -35,6 +35,7 @@ pub mod limit;
 #[cfg(feature = "std")]
 pub mod m7;
 pub mod mmae;
+pub mod rate;
 #[cfg(feature = "std")]
 pub mod runs;
 pub mod sekf;

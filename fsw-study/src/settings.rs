@@ -97,6 +97,21 @@ pub fn whole(name: &str, value: u64, low: u64, high: u64) -> Result<(), String> 
     if (low..=high).contains(&value) { Ok(()) } else { Err(format!("{name} is {value}; it must be {low} to {high}")) }
 }
 
+/// Ok for a rate of readings with a whole number of steps from one to the next.
+///
+/// # Errors
+/// A sentence with the name, the rate and the step.
+pub fn divides(name: &str, rate_hz: f64, step_s: f64) -> Result<(), String> {
+    within(name, rate_hz, 1e-3, 1.0 / step_s)?;
+    let between = 1.0 / (rate_hz * step_s);
+    if (between - between.round()).abs() > 1e-6 * between {
+        return Err(format!(
+            "{name} is {rate_hz}; a whole number of steps of {step_s} s must lie between two readings"
+        ));
+    }
+    Ok(())
+}
+
 /// Ok for a list that is not empty and names nothing twice.
 ///
 /// # Errors

@@ -19,7 +19,7 @@ pub struct Summary {
     pub nominal: bool,
     /// True when the parachute was fired inside the deploy box.
     pub success: bool,
-    /// How the flight ended, see [`End::word`].
+    /// How the flight ended, see [`End::word`](super::End::word).
     pub outcome: String,
     /// Why the flight is no success, one sentence.
     pub reason: Option<String>,

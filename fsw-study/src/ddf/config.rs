@@ -153,6 +153,9 @@ impl Default for Truth {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sensors {
+    /// Readings a second; a whole number of steps lies between two. Left out, as in P2: after every step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
     /// Noise of each acceleration, m/s².
     pub accelerometer_mps2: f64,
     /// Their bias, which the filters do not know, m/s².
@@ -172,6 +175,7 @@ pub struct Sensors {
 impl Default for Sensors {
     fn default() -> Self {
         Self {
+            rate_hz: None,
             accelerometer_mps2: 0.05,
             accelerometer_bias_mps2: 0.003,
             pressure_pa: 10.0,

@@ -7,12 +7,15 @@ use fsw_core::nav::estimators::models::{Measurement, Noise, Process, Quantity, R
 use hil_noise::Stream;
 
 use super::config::{Config, PARAMETERS, STATES};
+use crate::rate::steps_between;
 
 /// Scalars that are measured in every step.
 pub const SENSED: usize = 5;
 
 /// What is measured after each step, with its noise: the orbiter moves.
 pub struct Suite {
+    /// Steps from one reading to the next.
+    every: usize,
     steps: Vec<[(Quantity, Noise); SENSED]>,
 }
 
@@ -36,10 +39,17 @@ impl Suite {
                 (Quantity::Range { source_m: [x, y, z] }, Noise::of(sensors.range_m)),
             ]
         };
-        Self { steps: (0..config.steps()).map(after_a_step).collect() }
+        let every = steps_between(sensors.rate_hz, config.experiment.step_s);
+        Self { every, steps: (0..config.steps()).map(after_a_step).collect() }
     }
 
-    /// The sensors after each step, with what they read; a filter may believe another noise, `factor` times it for
+    /// How many of the readings after a step, counted from 0, are there: all, or none between two readings.
+    #[must_use]
+    pub fn count(&self, step: usize) -> usize {
+        if (step + 1).is_multiple_of(self.every) { SENSED } else { 0 }
+    }
+
+    /// The sensors after each step, with what they read, or would; a filter may believe another noise, `factor` times it for
     /// accelerations and pressure.
     pub fn read<'a>(
         &'a self,
@@ -108,6 +118,19 @@ impl Draw {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn readings_come_after_a_whole_number_of_steps() {
+        let counts = |rate_hz| {
+            let mut config = Config::default();
+            config.sensors.rate_hz = rate_hz;
+            let suite = Suite::new(&config);
+            (0..10).map(|step| suite.count(step)).collect::<Vec<_>>()
+        };
+        assert_eq!(counts(None), [SENSED; 10]);
+        assert_eq!(counts(Some(5.0)), [SENSED; 10]);
+        assert_eq!(counts(Some(1.0)), [0, 0, 0, 0, SENSED, 0, 0, 0, 0, SENSED]);
+    }
 
     #[test]
     fn a_run_is_the_same_whenever_it_is_drawn_and_no_other() {

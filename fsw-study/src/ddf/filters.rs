@@ -223,10 +223,11 @@ impl<'a> Setup<'a> {
         let (step_s, noise) = (self.config.experiment.step_s, self.config.step_noise());
         let gate = self.config.filters.gate_sigma;
         let all = self.suite.read(&self.model, draw, 1.0).zip(&draw.truth).take(steps);
-        for (readings, truth) in all {
+        for (step, (readings, truth)) in all.enumerate() {
             let by_ranks = ranks.map(|threshold| self.choose(&mut filter, &readings, threshold)).transpose()?;
             filter.predict(&self.model, step_s, &noise)?;
-            let mut degree = filter.correct::<_, SENSED>(&readings, gate)?.degree;
+            let mut degree =
+                filter.correct::<_, SENSED>(readings.get(..self.suite.count(step)).unwrap_or(&[]), gate)?.degree;
             if let Some(nonlinearity) = by_ranks {
                 degree.nonlinearity = nonlinearity;
             }
@@ -309,9 +310,10 @@ impl<'a> Setup<'a> {
         flight: &mut Flight,
     ) -> Result<(), EstimatorError> {
         let gate = self.config.filters.gate_sigma;
-        for (readings, truth) in self.suite.read(&self.model, draw, sensors).zip(&draw.truth).take(steps) {
+        let all = self.suite.read(&self.model, draw, sensors).zip(&draw.truth).take(steps);
+        for (step, (readings, truth)) in all.enumerate() {
             filter.predict(joint, self.config.experiment.step_s, noise)?;
-            for reading in &readings {
+            for reading in readings.iter().take(self.suite.count(step)) {
                 filter.correct(joint, reading, gate)?;
             }
             let mut state = [0.0; STATES];

@@ -86,10 +86,10 @@ fn along(
     let noise = joined(config.step_noise(), [0.0; PARAMETERS + AXES]);
     let mut before = joined(config.start(), known);
     let mut variances = Vec::new();
-    for (readings, state) in suite.read(&model, draw, 1.0).zip(&draw.truth) {
+    for (step, (readings, state)) in suite.read(&model, draw, 1.0).zip(&draw.truth).enumerate() {
         bound.step(&joint, &before, config.experiment.step_s, &noise)?;
         let now = joined(*state, known);
-        for reading in &readings {
+        for reading in readings.iter().take(suite.count(step)) {
             bound.inform(&joint, &reading.sensor, &now)?;
         }
         let covariance = bound.covariance();

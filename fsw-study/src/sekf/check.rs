@@ -3,7 +3,7 @@
 use super::config::{Config, Sensors, Settings, Tuning};
 use super::kind::Kind;
 use super::table1::{SURFACE_M, Table1};
-use crate::settings::{Stored, distinct, each, parse_over_defaults, whole, within, write};
+use crate::settings::{Stored, distinct, divides, each, parse_over_defaults, whole, within, write};
 
 impl Stored for Config {
     fn from_toml(text: &str) -> Result<Self, String> {
@@ -89,15 +89,7 @@ impl Tuning {
 
 impl Sensors {
     fn check(&self, step_s: f64) -> Result<(), String> {
-        if let Some(rate_hz) = self.rate_hz {
-            within("sensors.rate_hz", rate_hz, 1e-3, 1.0 / step_s)?;
-            let between = 1.0 / (rate_hz * step_s);
-            if (between - between.round()).abs() > 1e-6 * between {
-                return Err(format!(
-                    "sensors.rate_hz is {rate_hz}; a whole number of steps of {step_s} s must lie between two readings"
-                ));
-            }
-        }
+        self.rate_hz.map_or(Ok(()), |rate_hz| divides("sensors.rate_hz", rate_hz, step_s))?;
         within("sensors.accelerometer_mps2", self.accelerometer_mps2, 1e-9, 100.0)?;
         within("sensors.accelerometer_bias_mps2", self.accelerometer_bias_mps2, -100.0, 100.0)?;
         within("sensors.range_m", self.range_m, 1e-6, 1e6)?;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::STATES;
 use super::kind::Kind;
 use super::table1::Table1;
+use crate::rate::steps_between;
 
 /// The whole file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -172,8 +173,7 @@ impl Config {
     /// Steps from one reading to the next.
     #[must_use]
     pub fn steps_per_reading(&self) -> usize {
-        let between = self.sensors.rate_hz.map_or(1.0, |rate_hz| 1.0 / (rate_hz * self.experiment.step_s));
-        fun::round(between).max(1.0) as usize
+        steps_between(self.sensors.rate_hz, self.experiment.step_s)
     }
 }
 

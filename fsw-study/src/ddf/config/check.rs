@@ -1,7 +1,7 @@
 //! Ranges of the settings, each with a sentence for what lies outside.
 
 use super::Config;
-use crate::settings::{Stored, distinct, each, parse_over_defaults, whole, within, write};
+use crate::settings::{Stored, distinct, divides, each, parse_over_defaults, whole, within, write};
 
 /// Most steps of a flight: what fits into memory.
 const MAX_STEPS: f64 = 1e6;
@@ -56,6 +56,8 @@ impl Config {
 
     fn check_sensors(&self) -> Result<(), String> {
         let s = &self.sensors;
+        let step_s = self.experiment.step_s;
+        s.rate_hz.map_or(Ok(()), |rate_hz| divides("sensors.rate_hz", rate_hz, step_s))?;
         within("sensors.accelerometer_mps2", s.accelerometer_mps2, 1e-9, 1e3)?;
         within("sensors.accelerometer_bias_mps2", s.accelerometer_bias_mps2, -1e3, 1e3)?;
         within("sensors.pressure_pa", s.pressure_pa, 1e-6, 1e6)?;
@@ -99,6 +101,8 @@ mod tests {
     fn bad_settings_are_named_with_their_range() {
         for (text, words) in [
             ("[experiment]\nstep_s = 0.0", "experiment.step_s is 0; it must be 0.001 to 10"),
+            ("[sensors]\nrate_hz = 0", "sensors.rate_hz is 0; it must be 0.001 to 5"),
+            ("[sensors]\nrate_hz = 3.0", "a whole number of steps of 0.2 s"),
             ("[sensors]\nrange_m = -1.0", "sensors.range_m is -1"),
             ("[filters]\nfree_thresholds = [1e-4, -1e-3]", "filters.free_thresholds[1] is -0.001; it must be 0 to 1"),
             ("[filters]\nrank_thresholds = []", "filters.rank_thresholds must hold at least one value"),
