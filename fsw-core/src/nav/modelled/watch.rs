@@ -2,13 +2,16 @@
 //!
 //! A filter that cannot go on says so itself. One that goes astray does not; but the strapdown solution, dead reckoning from
 //! the same start, is at hand with a covariance that knows every sensor's errors. The two may differ by what both claim to
-//! be uncertain of; a difference far beyond that, and lasting, is the filter's fault, for it is the one with a model of
-//! the air in it.
+//! be uncertain of, in any direction of position and velocity together: an error of velocity must have left its trace in
+//! position. A difference far beyond that, and lasting, is the filter's fault, for it is the one with a model of the air in it.
+
+use nalgebra::{SMatrix, SVector};
 
 use super::design::STATES;
 use crate::link::packet::GivenUpCause;
 use crate::math::fun::sqrt;
-use crate::math::num::{abs, max};
+use crate::math::num::max;
+use crate::math::sqrt_tools::{cholesky, solve_lower};
 use crate::nav::estimators::EstimatorError;
 use crate::nav::estimators::bank::BankError;
 use crate::nav::estimators::weights::WeightError;
@@ -17,7 +20,7 @@ use crate::nav::strapdown::Nominal;
 use crate::nav::{MAX_POSITION_SIGMA_M, MAX_VELOCITY_SIGMA_MPS};
 use crate::slot::Slot;
 
-/// Difference from dead reckoning, in standard deviations of it, that is no accident.
+/// Distance from dead reckoning, in standard deviations of their difference, that is no accident.
 const LIMIT_SIGMAS: f64 = 6.0;
 /// Epochs that it must last: one second.
 const LASTING_EPOCHS: u16 = 10;
@@ -102,8 +105,7 @@ impl Watch {
         self.give_up(GivenUp::RanAway);
     }
 
-    /// Compares position and velocity (inertial) with dead reckoning of the same instant. Each axis may differ by what both
-    /// are uncertain of.
+    /// Compares position and velocity (inertial) with dead reckoning of the same instant.
     pub fn compare(&mut self, state: &[f64; STATES], own: &Uncertainty, strapdown: &Nominal, reckoned: &Uncertainty) {
         let lost = max(
             own.position_sigma_m * (1.0 / MAX_POSITION_SIGMA_M),
@@ -112,14 +114,7 @@ impl Watch {
         if lost > 1.0 || lost.is_nan() {
             self.give_up(GivenUp::Lost(lost));
         }
-        let other = strapdown.r_i.to_array().into_iter().chain(strapdown.v_i.to_array());
-        let mut worst = 0.0;
-        for (i, (x, y)) in state.iter().zip(other).enumerate() {
-            let variance = variance_of(own, i) + variance_of(reckoned, i);
-            let ratio = abs(x - y) / sqrt(max(variance, f64::MIN_POSITIVE));
-            // What is not a number contradicts everything.
-            worst = max(worst, if ratio.is_nan() { f64::INFINITY } else { ratio });
-        }
+        let worst = distance(state, own, strapdown, reckoned);
         let contradicted = worst > LIMIT_SIGMAS;
         self.contradicted_epochs = if contradicted { self.contradicted_epochs.saturating_add(1) } else { 0 };
         if self.contradicted_epochs >= LASTING_EPOCHS {
@@ -128,9 +123,28 @@ impl Watch {
     }
 }
 
-/// Diagonal element `i` of the lower triangle, row by row.
-fn variance_of(uncertainty: &Uncertainty, i: usize) -> f64 {
-    uncertainty.covariance.get(i * (i + 3) / 2).copied().unwrap_or(0.0)
+/// Mahalanobis distance of two estimates of position and velocity: their difference in standard deviations of it, in the
+/// direction where that is most. The covariance of the difference is taken as the sum of both, which is more than it is for
+/// two estimates of the same sensors. What is not a number contradicts everything.
+#[inline(never)]
+fn distance(state: &[f64; STATES], own: &Uncertainty, strapdown: &Nominal, reckoned: &Uncertainty) -> f64 {
+    let (mut sum, mut difference) = (SMatrix::<f64, STATES, STATES>::zeros(), SVector::<f64, STATES>::zeros());
+    let lower = (0..STATES).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    for (place, (own, reckoned)) in lower.zip(own.covariance.iter().zip(&reckoned.covariance)) {
+        if let Some(element) = sum.get_mut(place) {
+            *element = own + reckoned;
+        }
+    }
+    let other = strapdown.r_i.to_array().into_iter().chain(strapdown.v_i.to_array());
+    for (difference, (x, y)) in difference.iter_mut().zip(state.iter().zip(other)) {
+        *difference = x - y;
+    }
+    if cholesky(&mut sum).is_err() {
+        return f64::INFINITY;
+    }
+    solve_lower(&sum, &mut difference);
+    let distance = sqrt(difference.iter().map(|x| x * x).sum());
+    if distance.is_nan() { f64::INFINITY } else { distance }
 }
 
 #[cfg(test)]
@@ -164,6 +178,28 @@ mod tests {
         assert_eq!(after(LASTING_EPOCHS - 1, 31.0), None);
         assert!(matches!(after(LASTING_EPOCHS, 31.0), Some(GivenUp::Contradicted(r)) if (r - 6.2).abs() < 1e-6));
         assert!(matches!(after(LASTING_EPOCHS, f64::NAN), Some(GivenUp::Contradicted(_))));
+    }
+
+    #[test]
+    fn a_velocity_that_has_left_no_trace_in_position_is_a_contradiction_in_itself() {
+        // Both are uncertain of 600 m and 3 m/s along x, almost wholly of one velocity over 200 s.
+        let mut drifting = within(1e-3);
+        (drifting.covariance[0], drifting.covariance[6], drifting.covariance[9]) = (3.6e5, 0.999 * 1.8e3, 9.0);
+        let strapdown = Nominal { r_i: Vec3::new(3.4e6, 0.0, 0.0), v_i: Vec3::new(1e3, 0.0, 0.0), ..Nominal::none() };
+        let apart =
+            |x: f64, v: f64| distance(&[3.4e6 + x, 0.0, 0.0, 1e3 + v, 0.0, 0.0], &drifting, &strapdown, &drifting);
+        assert!(apart(600.0, 3.0) < 1.0);
+        assert!(apart(600.0, -3.0) > 20.0);
+        assert!(apart(0.0, 3.0) > 10.0);
+    }
+
+    #[test]
+    fn covariances_that_are_none_contradict_everything() {
+        let strapdown = Nominal { r_i: Vec3::new(3.4e6, 0.0, 0.0), ..Nominal::none() };
+        let state = [3.4e6, 0.0, 0.0, 0.0, 0.0, 0.0];
+        assert!(distance(&state, &within(1.0), &strapdown, &within(1.0)) < 1e-12);
+        assert_eq!(distance(&state, &within(0.0), &strapdown, &within(0.0)), f64::INFINITY);
+        assert_eq!(distance(&state, &within(f64::NAN), &strapdown, &within(1.0)), f64::INFINITY);
     }
 
     #[test]
