@@ -1,30 +1,24 @@
 //! [`FlightComputer`]: the executive behind a byte stream. Bytes in, at most one burst of frames out; no clock, no
 //! waiting. A host, a test and a board run exactly this.
 
-use super::tick::{Executive, Outputs};
+mod commands;
+mod frames;
+
+pub use commands::ANSWERS_PER_FRAME;
+pub use frames::{EVENTS_PER_BURST, MAX_BRIDGED_FRAMES, MAX_UNCONFIRMED_GAP};
+
+use frames::Gathered;
+
+use super::tick::Executive;
 use crate::link::framing::{FrameBytes, MAX_FRAME};
 use crate::link::packet::{
-    Actuator, Command, CommandOutcome, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Hello, Imu, Injection,
-    Mode, Pace, Refusal, RestartReport, Severity, Uplink,
+    Actuator, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Mode, Pace, RestartReport, Severity, Uplink,
 };
-use crate::link::parameters::BlockId;
 use crate::link::receiver::{Receiver, Sender};
 use crate::probe::{Kernel, MeasuredCost, NoProbe, Probe, SlotId};
 use crate::sensors::FrameInputs;
 use crate::slot::Slot;
 use crate::time::MissionTime;
-
-/// Minor frames without an inertial measurement that one packet may make up for. A longer gap is worked off over the
-/// packets that follow, so that the cost of a packet stays bounded.
-pub const MAX_BRIDGED_FRAMES: u32 = 10;
-/// Commands and greetings answered within a minor frame of the flight, at most; more are counted and dropped.
-pub const ANSWERS_PER_FRAME: u8 = 4;
-/// Events sent with one frame, at most; more wait in the queue.
-pub const EVENTS_PER_BURST: usize = 4;
-/// Minor frames that may be missing before an inertial measurement without more ado. A larger jump of its time stamp
-/// counts as early until the next measurement follows on it: one wrong time stamp must not run the flight ahead of
-/// the vehicle, because the frames of the time jumped over would all come late.
-pub const MAX_UNCONFIRMED_GAP: u32 = 5;
 
 /// The flight software as seen from its link.
 #[derive(Clone, Debug)]
@@ -47,15 +41,6 @@ pub struct FlightComputer {
     out: FrameBytes,
     /// Minor frame of the last answer to a command or greeting, and how many it has had.
     answered: (u32, u8),
-}
-
-/// What a minor frame does with the measurements that have come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Gathered {
-    /// It takes them.
-    Used,
-    /// It runs without, in the place of a frame that went missing; they are of a later one.
-    Kept,
 }
 
 /// A flight computer as it stands in memory that is cleared at boot: all bytes zero, so that the image need not hold its
@@ -262,163 +247,6 @@ impl FlightComputer {
                 self.inputs.put(time, &packet, &mut self.executive.rejects);
             }
             Uplink::Imu(imu) => self.close_frame(time, imu, probe, transmit),
-        }
-    }
-
-    /// Whether this minor frame of the flight has answered as many commands and greetings as it may; counts this one.
-    fn is_flooded(&mut self) -> bool {
-        if self.executive.mode() == Mode::Standby {
-            return false;
-        }
-        let frame = self.executive.frame();
-        let (of_frame, answered) = self.answered;
-        let answered = if of_frame == frame { answered } else { 0 };
-        self.answered = (frame, answered.saturating_add(1));
-        answered >= ANSWERS_PER_FRAME
-    }
-
-    /// The answer to a Hello is ours, whatever theirs says, so that the peer can tell its user what differs. Nothing
-    /// else of a peer that does not match is listened to: bytes that happen to decode would mean something else to it.
-    /// In flight a greeting changes nothing: a stray one must not cut the vehicle off from its sensors.
-    #[inline(never)] // its stack shall not lie under every minor frame
-    fn greet(&mut self, theirs: &Hello, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
-        if self.executive.mode() == Mode::Standby {
-            self.peer_refused = theirs.check().is_err();
-        }
-        let ours = Hello::ours(self.build_id);
-        self.send(MissionTime::ZERO, &Downlink::Hello(ours), probe, transmit);
-        if self.executive.mode() == Mode::Standby {
-            self.tell_restart(transmit);
-        }
-    }
-
-    #[inline(never)] // its stack shall not lie under every minor frame
-    fn obey(&mut self, command: Command, now: MissionTime) -> CommandOutcome {
-        let result = match command {
-            Command::Load(_) if self.executive.is_armed() => Err(Refusal::AlreadyArmed),
-            Command::Load(block) => self.executive.config.apply(&block),
-            Command::ReadBack(id) => return self.read_back(id),
-            Command::Arm { digest } => self.arm(digest, now),
-            Command::Go { .. } if !self.executive.is_armed() => Err(Refusal::NotArmed),
-            Command::Go { pace } => self.executive.go(pace).then_some(()).ok_or(Refusal::WrongMode),
-            Command::Inject(Injection::Overrun { frames }) => {
-                self.executive.cost.inject_overrun(frames);
-                Ok(())
-            }
-            Command::Inject(Injection::Restart) if self.restart == Restart::Refused => Err(Refusal::WrongMode),
-            Command::Inject(Injection::Restart) => {
-                self.restart = Restart::Asked;
-                Ok(())
-            }
-            Command::ReportCost { on } => {
-                self.reports_cost = on;
-                Ok(())
-            }
-        };
-        match result {
-            Ok(()) => CommandOutcome::Accepted,
-            Err(refusal) => CommandOutcome::Refused(refusal),
-        }
-    }
-
-    fn read_back(&self, id: BlockId) -> CommandOutcome {
-        match self.executive.config.read_back(id) {
-            Some(block) => CommandOutcome::Block(block),
-            None => CommandOutcome::Refused(Refusal::BadTable { block: id }),
-        }
-    }
-
-    fn arm(&mut self, digest: u32, now: MissionTime) -> Result<(), Refusal> {
-        if self.executive.is_armed() {
-            return Err(Refusal::AlreadyArmed);
-        }
-        let held = self.executive.config.digest();
-        if held != digest {
-            return Err(Refusal::DigestMismatch { held });
-        }
-        self.executive.config.validate()?;
-        self.executive.arm().map_err(|_| Refusal::BadTable { block: BlockId::AtmosphereRows(0) })?;
-        self.executive.log.record(now, Severity::Activity, EventKind::Armed { digest });
-        Ok(())
-    }
-
-    /// An inertial measurement closes its minor frame. Frames that went missing before it are run first, without one.
-    fn close_frame(&mut self, time: MissionTime, imu: Imu, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
-        if self.executive.mode() == Mode::Standby {
-            return;
-        }
-        let present = self.executive.frame();
-        let wanted = time.frame_index();
-        let rejects = &mut self.executive.rejects;
-        if MissionTime::of_frame(wanted) != time {
-            rejects.range = rejects.range.saturating_add(1);
-            return;
-        }
-        if wanted <= present {
-            rejects.late = rejects.late.saturating_add(1);
-            return;
-        }
-        let missing = wanted - present - 1;
-        if missing > MAX_UNCONFIRMED_GAP && !self.jump_is_confirmed(wanted) {
-            let rejects = &mut self.executive.rejects;
-            rejects.early = rejects.early.saturating_add(1);
-            return;
-        }
-        probe.frames_passed(missing + 1);
-        let rejects = &mut self.executive.rejects;
-        let bridged = if missing > MAX_BRIDGED_FRAMES { MAX_BRIDGED_FRAMES } else { missing };
-        rejects.missed_frames = rejects.missed_frames.saturating_add(bridged);
-        for index in 1..=bridged {
-            self.run_frame(MissionTime::of_frame(present.saturating_add(index)), Gathered::Kept, probe, transmit);
-        }
-        if bridged < missing {
-            let rejects = &mut self.executive.rejects;
-            rejects.early = rejects.early.saturating_add(1);
-            return;
-        }
-        self.jumped_to = None;
-        self.inputs.imu = Some((time, imu));
-        self.run_frame(time, Gathered::Used, probe, transmit);
-    }
-
-    /// Whether this measurement, far ahead, follows on the one before, which was far ahead too.
-    fn jump_is_confirmed(&mut self, wanted: u32) -> bool {
-        let before = self.jumped_to.replace(wanted);
-        before.and_then(|before| wanted.checked_sub(before)).is_some_and(|step| step > 0 && step <= MAX_UNCONFIRMED_GAP)
-    }
-
-    fn run_frame(
-        &mut self,
-        now: MissionTime,
-        gathered: Gathered,
-        probe: &mut impl Probe,
-        transmit: &mut impl FnMut(&[u8]),
-    ) {
-        let inputs = if gathered == Gathered::Used { &self.inputs } else { const { &FrameInputs::new() } };
-        let Outputs { actuator, navigation, guidance, health } = self.executive.tick(now, inputs, &self.cost, probe);
-        if gathered == Gathered::Used {
-            self.inputs.clear();
-        }
-        if let Some(tlm) = navigation {
-            self.send(now, &Downlink::NavTlm(tlm), probe, transmit);
-        }
-        if let Some(tlm) = guidance {
-            self.send(now, &Downlink::GuidanceTlm(tlm), probe, transmit);
-        }
-        if let Some(tlm) = health {
-            self.send(now, &Downlink::HealthTlm(tlm), probe, transmit);
-        }
-        self.send_events(probe, transmit);
-        self.send(now, &Downlink::Actuator(actuator), probe, transmit);
-        self.actuator.put(actuator);
-        probe.slot_done(SlotId::Transmit);
-        probe.frame_done();
-    }
-
-    fn send_events(&mut self, probe: &mut impl Probe, transmit: &mut impl FnMut(&[u8])) {
-        for _ in 0..EVENTS_PER_BURST {
-            let Some(event) = self.executive.log.next_pending() else { return };
-            self.send(event.time, &Downlink::Event(event), probe, transmit);
         }
     }
 

@@ -4,8 +4,8 @@ use std::vec::Vec;
 
 use super::*;
 use crate::config::Config;
-use crate::link::packet::RejectCounters;
-use crate::link::parameters::ParameterBlock;
+use crate::link::packet::{Command, CommandOutcome, Hello, Imu, Injection, Refusal, RejectCounters};
+use crate::link::parameters::{BlockId, ParameterBlock};
 
 /// A ground that numbers its packets and keeps what comes back.
 struct Ground {

@@ -43,6 +43,8 @@ pub mod schedule;
 mod tick;
 
 pub use board::{Board, BoardError, Clock, Room};
-pub use computer::{Dormant, EVENTS_PER_BURST, FlightComputer, MAX_BRIDGED_FRAMES};
+pub use computer::{
+    ANSWERS_PER_FRAME, Dormant, EVENTS_PER_BURST, FlightComputer, MAX_BRIDGED_FRAMES, MAX_UNCONFIRMED_GAP,
+};
 pub use cost::{CostLedger, WHOLE_FRAME};
 pub use tick::{Executive, Outputs};

@@ -2,25 +2,26 @@
 //!
 //! A cycle starts on a whole second, is advanced by a quota of Runge–Kutta steps in each minor frame, and its result acts at the next whole second, converged or best so far. Nothing of it depends on how it was sliced.
 
+mod answer;
+mod terms;
+
+pub use terms::{CycleContext, CycleResult, CycleStart};
+
 use crate::control;
-use crate::frames::{PlanetFixed, Vec3};
-use crate::link::packet::CycleOutcome;
-use crate::link::parameters::{ConstraintParameters, ControlParameters, GuidanceParameters};
+use crate::link::parameters::GuidanceParameters;
 use crate::math::fun::sqrt;
 use crate::math::num::{clamp, wrap_angle};
 use crate::model::OnboardModel;
 use crate::probe::{Kernel, Probe};
 use crate::time::{FRAME, FRAMES_PER_SECOND};
 
-use super::air::{Adapted, AirProfile};
+use super::air::Adapted;
 use super::constraints::Peaks;
 use super::corrector::{Corrector, MAX_PREDICTIONS, Sample, Search, bank_of};
 use super::predictor::{
-    self, Bank, EVALUATIONS_PER_EVENT, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, State, Stop,
-    acceleration, stepped,
+    self, Bank, EVALUATIONS_PER_EVENT, EVALUATIONS_PER_STEP, EVALUATIONS_TO_START, Prediction, acceleration, stepped,
 };
-use super::steering::{Pilot, Steering};
-use super::tables::Segment;
+use super::steering::Pilot;
 use super::turn::BankState;
 
 /// Evaluations of the equations of motion in one cycle, at most, whatever the parameters say.
@@ -48,63 +49,6 @@ const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 const _: () = assert!(
     WORK_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 / STEP_WORK >= MAX_EVALUATIONS as u32
 );
-
-/// What a cycle needs besides its own state; the same in every frame of a flight.
-#[derive(Clone, Copy, Debug)]
-pub struct CycleContext<'a> {
-    /// The model that predictions fly.
-    pub model: &'a OnboardModel,
-    /// Guidance settings.
-    pub guidance: &'a GuidanceParameters,
-    /// Limits along the path.
-    pub constraints: &'a ConstraintParameters,
-    /// Bank control, flown ahead to the instant of effect.
-    pub control: &'a ControlParameters,
-    /// Where predictions end.
-    pub stop: Stop,
-    /// Direction of the target, planet-fixed unit vector.
-    pub target_p: Vec3<PlanetFixed>,
-    /// The air that predictions fly.
-    pub air: &'a AirProfile,
-    /// What predictions rehearse; without it they hold their bank.
-    pub steering: Option<Steering<'a>>,
-    /// The table that stands for the flight beyond the stop, where predictions are cut short.
-    pub remainder: Option<&'static Segment>,
-}
-
-/// Where a cycle starts from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CycleStart {
-    /// Position and planet-relative velocity now, planet-fixed axes.
-    pub state: State,
-    /// Bank now, rad.
-    pub bank_rad: f64,
-    /// Bank rate now, rad/s.
-    pub bank_rate_radps: f64,
-    /// Commanded bank in force until the instant of effect, rad.
-    pub command_rad: f64,
-    /// Side to predict on, +1 right or −1 left.
-    pub side: f64,
-    /// Slope of the downrange error with the cosine of the bank, m, where an earlier cycle found one.
-    pub slope_m: Option<f64>,
-    /// Minor frames until the result takes effect.
-    pub frames_to_effect: u32,
-}
-
-/// What a cycle found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CycleResult {
-    /// Bank magnitude, rad.
-    pub bank_rad: f64,
-    /// Downrange error predicted for it, m, positive beyond the target.
-    pub error_m: f64,
-    /// How far beyond the end of the path the target lies to the side that the path began on, m.
-    pub aside_m: f64,
-    /// Peaks of the loads on the predicted path nearest to it.
-    pub peaks: Peaks,
-    /// How the search ended.
-    pub outcome: CycleOutcome,
-}
 
 /// One predicted flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -321,79 +265,10 @@ impl Cycle {
         let _ = self.flown.push(Flown { sample, aside_m, peaks: end.peaks });
     }
 
-    /// The prediction that best answers the search, with its outcome.
-    fn best(&self) -> Option<(Flown, CycleOutcome)> {
-        let (best, outcome) = self.corrector.best()?;
-        let flown = self.flown.iter().find(|f| f.sample == best)?;
-        Some((*flown, outcome))
-    }
-
-    /// When the best bank would exceed a limit and nothing with more lift up has been flown yet: the most lift allowed.
-    fn relief_to_try(&self, context: &CycleContext<'_>) -> Option<f64> {
-        let (best, _) = self.best()?;
-        let exceeds = best.peaks.worst_use(context.constraints) > 1.0;
-        let most_lift = self.corrector.most_lift();
-        let known = self.flown.iter().any(|f| f.sample.cos_bank > best.sample.cos_bank);
-        (exceeds && !known && best.sample.cos_bank < most_lift).then_some(most_lift)
-    }
-
     /// True when nothing is left to compute.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.finished
-    }
-
-    /// The result so far; `None` when no prediction was completed.
-    ///
-    /// A bank that would exceed a limit is replaced by the smaller bank at which the limit is met, found on the straight
-    /// line (in cos σ) to the gentlest path with more lift up; where no such path is gentler, the limit cannot be helped
-    /// by bank and the range solution stands.
-    #[must_use]
-    #[inline(never)] // once a second
-    pub fn result(&self, constraints: &ConstraintParameters) -> Option<CycleResult> {
-        let (best, outcome) = self.best()?;
-        let unbounded = CycleResult {
-            bank_rad: bank_of(self.refined(&best.sample)),
-            error_m: best.sample.error_m,
-            aside_m: best.aside_m,
-            peaks: best.peaks,
-            outcome,
-        };
-        let used = best.peaks.worst_use(constraints);
-        if used <= 1.0 {
-            return Some(unbounded);
-        }
-        let gentler = self.flown.iter().filter(|f| f.sample.cos_bank > best.sample.cos_bank);
-        let relief =
-            gentler.reduce(|a, b| if b.peaks.worst_use(constraints) < a.peaks.worst_use(constraints) { b } else { a });
-        let Some(relief) = relief else { return Some(unbounded) };
-        let relief_used = relief.peaks.worst_use(constraints);
-        if relief_used >= used {
-            return Some(unbounded);
-        }
-        let share = clamp((used - 1.0) / (used - relief_used), 0.0, 1.0);
-        Some(CycleResult {
-            bank_rad: bank_of(best.sample.cos_bank + share * (relief.sample.cos_bank - best.sample.cos_bank)),
-            error_m: best.sample.error_m + share * (relief.sample.error_m - best.sample.error_m),
-            aside_m: best.aside_m,
-            peaks: if share > 0.5 { relief.peaks } else { best.peaks },
-            outcome: CycleOutcome::Constrained,
-        })
-    }
-
-    /// The cosine of the bank to command: that of the best sample, put right by the slope where one is remembered.
-    fn refined(&self, best: &Sample) -> f64 {
-        match self.slope_m() {
-            Some(slope_m) if self.start.slope_m.is_some() => self.corrector.refined(best, slope_m),
-            _ => best.cos_bank,
-        }
-    }
-
-    /// Slope of the downrange error with the cosine of the bank, m: as this cycle found it, else as remembered.
-    #[must_use]
-    #[inline(never)]
-    pub fn slope_m(&self) -> Option<f64> {
-        self.corrector.found_slope_m().filter(|slope| *slope > 0.0).or(self.start.slope_m)
     }
 
     /// Evaluations of the equations of motion so far.

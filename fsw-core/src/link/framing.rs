@@ -5,6 +5,14 @@
 //! happened in. A full line brings nearly two thousand bytes in a minor frame: what is no packet has to be known as such
 //! for a few instructions a byte.
 
+mod body;
+mod stretches;
+mod words;
+
+pub(crate) use body::Body;
+pub(crate) use stretches::Stretches;
+pub(crate) use words::{are_same, common_prefix, copy, skip_runts};
+
 use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -31,11 +39,6 @@ pub const DELIMITER: u8 = 0x00;
 pub(crate) const LONGEST_STRETCH: usize = MAX_FRAME - 1;
 /// Shortest one: a checksum, a byte of payload and a code byte.
 pub(crate) const SHORTEST_STRETCH: usize = CRC_BYTES + 2;
-/// Bytes searched for a delimiter at a time.
-const WORD: usize = 4;
-/// One in each byte of a word.
-const ONES: u32 = 0x0101_0101;
-
 /// COBS code of a full block of 254 bytes that no zero follows.
 const FULL_BLOCK: u8 = 0xFF;
 /// Data bytes of a full block.
@@ -188,142 +191,6 @@ pub fn decode<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Result<T, Reject> {
     }
 }
 
-/// Cuts a byte stream at its delimiters.
-///
-/// A stretch that lies whole in the bytes given is handed on where it lies; one that comes in pieces is put together
-/// first. Every non-empty stretch yields exactly one result, so accepted and rejected frames add up. Two delimiters in
-/// a row enclose nothing: a sender may send `0x00` at any time to flush damage.
-#[derive(Clone, Debug)]
-pub(crate) struct Stretches {
-    /// What has come of a stretch so far.
-    begun: [u8; LONGEST_STRETCH],
-    length: usize,
-    /// Too long: reported, waiting for the delimiter.
-    skipping: bool,
-}
-
-impl Stretches {
-    pub(crate) const fn new() -> Self {
-        Self { begun: [0; LONGEST_STRETCH], length: 0, skipping: false }
-    }
-
-    /// Whether the next byte begins a stretch.
-    #[inline(always)]
-    pub(crate) const fn is_between(&self) -> bool {
-        self.length == 0 && !self.skipping
-    }
-
-    /// Takes bytes off the front of `bytes` up to and including the next delimiter. `Some` for what lies before it, or
-    /// because that is too long; `None` when the bytes are used up or the delimiter ended nothing.
-    pub(crate) fn take<'b>(&'b mut self, bytes: &mut &'b [u8]) -> Option<Result<&'b [u8], Reject>> {
-        let whole = *bytes;
-        let Some((stretch, rest)) = split_at_delimiter(whole) else {
-            *bytes = &[];
-            if self.skipping || self.gather(whole) {
-                return None;
-            }
-            self.skipping = true;
-            return Some(Err(Reject::Overflow));
-        };
-        *bytes = rest;
-        if core::mem::take(&mut self.skipping) {
-            return None;
-        }
-        let stretch = if self.length == 0 {
-            stretch
-        } else {
-            let fits = self.gather(stretch);
-            let length = core::mem::take(&mut self.length);
-            if !fits {
-                return Some(Err(Reject::Overflow));
-            }
-            self.begun.get(..length)?
-        };
-        if stretch.is_empty() {
-            return None;
-        }
-        Some(if stretch.len() > LONGEST_STRETCH { Err(Reject::Overflow) } else { Ok(stretch) })
-    }
-
-    /// Puts bytes behind those that have come; false, and nothing has come, when there is no room for them.
-    fn gather(&mut self, bytes: &[u8]) -> bool {
-        let end = self.length.saturating_add(bytes.len());
-        let room = self.begun.get_mut(self.length..end);
-        let fits = room.is_some();
-        copy(room.unwrap_or_default(), bytes);
-        self.length = if fits { end } else { 0 };
-        fits
-    }
-}
-
-/// What lies before the first delimiter and what behind it; none without a delimiter.
-fn split_at_delimiter(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let (words, _) = bytes.as_chunks::<WORD>();
-    let mut from = 0;
-    for word in words {
-        if zeros_of(*word) != 0 {
-            break;
-        }
-        from += WORD;
-    }
-    let within = bytes.get(from..)?.iter().position(|byte| *byte == DELIMITER)?;
-    let (stretch, rest) = bytes.split_at_checked(from + within)?;
-    Some((stretch, rest.get(1..)?))
-}
-
-/// How many bytes both begin with, four at a time: up to three fewer than there are.
-pub(crate) fn common_prefix(one: &[u8], other: &[u8]) -> usize {
-    let ((a, _), (b, _)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
-    let same = |(a, b): &(&[u8; WORD], &[u8; WORD])| u32::from_le_bytes(**a) == u32::from_le_bytes(**b);
-    WORD * a.iter().zip(b).take_while(same).count()
-}
-
-/// Takes stretches too short for any frame off the front of `bytes`, where one begins; how many. At the end of the bytes
-/// a few are left.
-pub(crate) fn skip_runts(bytes: &mut &[u8]) -> u32 {
-    let (mut runts, mut rest) = (0, *bytes);
-    // Each turn takes a byte or more.
-    while let Some([a, b, c, d, e, f]) = rest.first_chunk::<SHORTEST_STRETCH>() {
-        let zeros = zeros_of([*a, *b, *c, *d]);
-        let length = if zeros != 0 {
-            zeros.trailing_zeros() as usize / 8
-        } else if *e == DELIMITER {
-            WORD
-        } else if *f == DELIMITER {
-            WORD + 1
-        } else {
-            break;
-        };
-        runts += u32::from(length > 0);
-        rest = rest.get(length + 1..).unwrap_or_default();
-    }
-    *bytes = rest;
-    runts
-}
-
-/// The highest bit of each byte that is zero, up to the first of them; higher ones may be wrong. A byte of a word is
-/// zero when taking one from it borrows: found for all four at once.
-#[inline]
-const fn zeros_of(bytes: [u8; WORD]) -> u32 {
-    let word = u32::from_le_bytes(bytes);
-    word.wrapping_sub(ONES) & !word & (ONES << 7)
-}
-
-/// Whether both hold the same bytes, four at a time.
-#[inline(always)]
-pub(crate) fn are_same(one: &[u8], other: &[u8]) -> bool {
-    let ((a, a_rest), (b, b_rest)) = (one.as_chunks::<WORD>(), other.as_chunks::<WORD>());
-    one.len() == other.len()
-        && a.iter().zip(b).all(|(a, b)| u32::from_le_bytes(*a) == u32::from_le_bytes(*b))
-        && a_rest.iter().zip(b_rest).all(|(a, b)| a == b)
-}
-
-/// Copies as many bytes as there are and as there is room for. (`copy_from_slice` keeps a panic for unequal lengths.)
-#[inline]
-pub(crate) fn copy(room: &mut [u8], bytes: &[u8]) {
-    room.iter_mut().zip(bytes).for_each(|(slot, byte)| *slot = *byte);
-}
-
 /// Finds frames in a byte stream: the payload of each whose checksum agrees, or why it is none.
 #[derive(Clone, Debug)]
 pub struct Decoder {
@@ -357,60 +224,6 @@ impl Decoder {
         *bytes = bytes.get(bytes.len() - rest.len()..).unwrap_or_default();
         Some(stretch?.and_then(|stretch| self.body.unstuffed(stretch)))
     }
-}
-
-/// Room for the body of one frame, without its stuffing.
-#[derive(Clone, Debug)]
-pub(crate) struct Body([u8; MAX_BODY]);
-
-impl Body {
-    pub(crate) const fn new() -> Self {
-        Self([0; MAX_BODY])
-    }
-
-    /// The payload of a stretch between delimiters, if its stuffing is consistent and its checksum agrees.
-    pub(crate) fn unstuffed(&mut self, stretch: &[u8]) -> Result<&[u8], Reject> {
-        if stretch.len() < SHORTEST_STRETCH {
-            return Err(Reject::Crc);
-        }
-        if !ends_with_a_block(stretch) {
-            return Err(Reject::Cobs);
-        }
-        let (mut length, mut rest) = (0_usize, stretch);
-        // Each turn takes a byte or more.
-        while let [code, behind @ ..] = rest {
-            let data = usize::from(*code).saturating_sub(1);
-            let (block, next) = behind.split_at_checked(data).ok_or(Reject::Cobs)?;
-            let end = length + data;
-            copy(self.0.get_mut(length..end).ok_or(Reject::Overflow)?, block);
-            length = end;
-            rest = next;
-            if *code != FULL_BLOCK && !rest.is_empty() {
-                *self.0.get_mut(length).ok_or(Reject::Overflow)? = 0;
-                length += 1;
-            }
-        }
-        verified_payload(self.0.get(..length).unwrap_or_default())
-    }
-}
-
-/// Whether the chain of block lengths ends where the stretch does. Noise mostly fails here, for the price of a few steps.
-fn ends_with_a_block(stretch: &[u8]) -> bool {
-    let mut at = 0;
-    // Each turn goes on by a byte or more: no byte of a stretch is zero.
-    while let Some(code) = stretch.get(at) {
-        at += usize::from(*code);
-        if *code == DELIMITER {
-            return false;
-        }
-    }
-    at == stretch.len()
-}
-
-/// The payload of payload and checksum, if they agree.
-fn verified_payload(body: &[u8]) -> Result<&[u8], Reject> {
-    let (payload, checksum) = body.split_last_chunk::<CRC_BYTES>().ok_or(Reject::Crc)?;
-    if CRC32.checksum(payload) == u32::from_le_bytes(*checksum) { Ok(payload) } else { Err(Reject::Crc) }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
-use fsw_core::link::packet::{Imu, Injection, Pressure, Radio};
+use fsw_core::link::packet::{self, Command, CommandOutcome, Hello, Imu, Injection, Pressure, Radio};
+use fsw_core::link::parameters::{BlockId, ParameterBlock};
 
 use super::super::scripted::Scripted;
 use super::*;
 use crate::noise::Stream;
 use crate::truth::FramePackets;
-use fsw_core::link::packet;
 
 /// A plant that falls a metre a frame and counts.
 struct Stone {
