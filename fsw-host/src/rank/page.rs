@@ -105,8 +105,9 @@ fn errors(args: &RankArgs, ranking: &Ranking) -> Figure {
     Figure {
         title: "Errors over the flight",
         caption: format!(
-            "Root mean square over {} entries of the errors in position and velocity, on logarithmic axes. The bound is the least \
-             that any filter can reach which integrates the inertial unit and knows its errors no better than the scenario says.",
+            "Root mean square over {} entries of the errors in position and velocity, on logarithmic axes, until half of the \
+             parachutes have opened. The bound is the least that any filter can reach which integrates the inertial unit and knows \
+             the statistics of its errors.",
             args.runs
         ),
         legend: std::iter::once((Mark::Line, Ink::Text, "Cramér–Rao bound".to_owned())).chain(legend).collect(),

@@ -12,7 +12,7 @@ use crate::campaign::statistics::quantile;
 use crate::campaign::summary::ascending;
 use crate::columns::aligned;
 
-/// Error at a time of the flight, over all entries that were still flying.
+/// Error at a time of the flight, over all entries that were still flying: half of all or more.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Over {
     /// Time, s.
@@ -108,14 +108,16 @@ fn over_flight(curves: &[&Curve]) -> [f64; 2] {
     root(sum, curves.iter().map(|curve| f64::from(curve.epochs)).sum())
 }
 
-/// Over all entries that were still flying.
+/// Over all entries that were still flying, while they are half of all: the last few would be a mean over other flights.
 fn over_time(curves: &[&Curve]) -> Vec<Over> {
-    let longest = curves.iter().map(|curve| curve.thinned.len()).max().unwrap_or(0);
+    let mut lengths: Vec<usize> = curves.iter().map(|curve| curve.thinned.len()).collect();
+    lengths.sort_unstable();
+    let median = lengths.get(lengths.len() / 2).copied().unwrap_or(0);
     let at = |k: usize| {
         let (sum, count) = total(curves.iter().filter_map(|curve| curve.thinned.get(k)).map(|s| s.map(f64::from)));
         Over { time_s: (k * THINNING + 1) as f64 * EPOCH_S, rmse: root(sum, count) }
     };
-    (0..longest).map(at).collect()
+    (0..median).map(at).collect()
 }
 
 impl Ranking {
@@ -284,4 +286,21 @@ pub(super) fn text(args: &RankArgs, rankings: &[Ranking]) -> String {
         "\n  M7: thousands of instructions, not cycles: navigation over a second, and the worst minor frame with all in it\n",
     );
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_over_time_ends_when_half_of_the_entries_have() {
+        let flight = |error: f64, points: usize| Curve::of(&vec![[error * error; 2]; 1 + (points - 1) * THINNING]);
+        let curves = [flight(1.0, 3), flight(1.0, 4), flight(7.0, 4), flight(3.0, 9)];
+        let over = over_time(&curves.iter().collect::<Vec<_>>());
+        assert_eq!(over.len(), 4);
+        assert!((over[0].rmse[0] - 15.0_f64.sqrt()).abs() < 1e-6);
+        assert!((over[3].rmse[0] - (59.0_f64 / 3.0).sqrt()).abs() < 1e-6);
+        assert!(over_time(&[]).is_empty());
+        assert_eq!(over_time(&[&flight(2.0, 5)]).len(), 5);
+    }
 }
