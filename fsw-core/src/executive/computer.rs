@@ -114,7 +114,7 @@ impl FlightComputer {
         self.build_id = build_id;
     }
 
-    /// Lets [`Injection::Restart`] be obeyed: for test images that replay several flights in one boot.
+    /// Lets [`Injection::Restart`](crate::link::packet::Injection::Restart) be obeyed: for test images that replay several flights in one boot.
     pub fn allow_restart(&mut self) {
         self.restart = Restart::Allowed;
     }
