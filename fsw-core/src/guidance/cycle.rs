@@ -34,6 +34,8 @@ pub const WORK_PER_FRAME: u32 = 50;
 /// The same where coefficients go by Mach number, which makes an evaluation cost half as much again: a cycle may then make
 /// 1,344 evaluations.
 const WORK_PER_FRAME_BY_MACH: u32 = 28;
+/// Work that ending a cycle and beginning the next is worth; the frame that does it computes so much less.
+pub(super) const BEGINNING_WORK: u32 = 10;
 /// Work in one minor frame, at least: before its first step a slice costs as much as a tenth of one.
 const SHORTEST_SLICE: u32 = 12;
 /// Work of one step of the propagation, which flies the bank control as well.
@@ -103,7 +105,7 @@ impl Cycle {
         }
     }
 
-    /// Computes on until so much work is done, but at least one step.
+    /// Computes on until so much work is done, but at least one step unless it is none.
     pub fn advance(&mut self, work: u32, context: &CycleContext<'_>, probe: &mut impl Probe) {
         let mut left = work;
         while self.frames_left > 0 && left > 0 {

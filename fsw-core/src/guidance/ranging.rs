@@ -2,7 +2,7 @@
 
 use super::context::GuidanceContext;
 use super::course::Course;
-use super::cycle::{Cycle, CycleResult, CycleStart};
+use super::cycle::{BEGINNING_WORK, Cycle, CycleResult, CycleStart};
 use super::segments::Segments;
 use super::{Guidance, GuidanceInput, GuidanceOutput, apollo, density, felt, lateral, segments, usable_course};
 use crate::link::parameters::GuidanceMode;
@@ -45,7 +45,8 @@ impl Guidance {
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
             let quota = cycle.quota(frames_left, self.longest_prediction, input.context.model);
-            cycle.advance(quota, &context, probe);
+            let begun = if on_the_second { BEGINNING_WORK } else { 0 };
+            cycle.advance(quota.saturating_sub(begun), &context, probe);
         }
     }
 

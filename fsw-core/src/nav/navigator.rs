@@ -194,11 +194,15 @@ impl Navigator {
                 pressure::observe(p.time, p.stagnation_pa, &self.nominal, learned, context.model, parameters);
             self.filter.take(&observed);
         }
+        if batch.radio.iter().all(Option::is_none) {
+            return;
+        }
+        let lowest_sine = radio::lowest_sine(parameters);
         for (measured, state) in batch.radio.iter().zip(self.sources.iter_mut()) {
-            if let Some(m) = measured {
-                for observation in &radio::observe(m, state, &self.nominal, &context.model.planet, parameters) {
-                    self.filter.take(observation);
-                }
+            let Some(m) = measured else { continue };
+            for observation in &radio::observe(m, state, &self.nominal, &context.model.planet, parameters, lowest_sine)
+            {
+                self.filter.take(observation);
             }
         }
     }

@@ -90,7 +90,7 @@ pub enum EventKind {
         /// Predicted miss with the best bank, m: downrange, positive beyond the target, or, where it is worse, to the side.
         miss_m: f32,
     },
-    /// The covariance was not positive and was restored.
+    /// The covariance was not finite and was restored to that of the start.
     CovarianceRestored {
         /// Times so far.
         times: u16,

@@ -6,9 +6,11 @@
 //!
 //! | frame of the window | work on the epoch that ended the window before |
 //! |---|---|
-//! | 1 | prediction, Φ on columns |
-//! | 2 | Φ on rows, process noise; a part of the check of positive definiteness |
-//! | 3, 4, 5 | scalar updates, a third of them in each |
+//! | 1 | prediction, first half |
+//! | 2 | prediction, second half; scalar updates |
+//! | 3 | scalar updates |
+//! | 4 | scalar updates; uncertainty, unless there are more |
+//! | 5 | scalar updates when there are many, uncertainty then |
 //!
 //! At the end of frame 5 the correction found for the old epoch is carried to the present by the transition of the window
 //! just flown and added to the nominal state: 0.1 s late, but exact to first order, and no frame costs much more than another.
@@ -44,8 +46,20 @@ use crate::probe::{Kernel, Probe};
 
 /// Minor frames from epoch to epoch: the filter runs at 10 Hz.
 pub const FRAMES_PER_EPOCH: u8 = 5;
-/// Frames of a window with scalar updates, the last ones; they share evenly what is queued.
-const UPDATING_FRAMES: usize = 3;
+/// Scalar updates in the second to fifth frame, by how many are queued. The second ends the prediction besides, the fourth
+/// often sends telemetry, and a fifth is that in which guidance begins its cycle.
+const UPDATES: [[usize; 4]; MAX_INNOVATIONS + 1] = [
+    [0, 0, 0, 0],
+    [0, 1, 0, 0],
+    [0, 2, 0, 0],
+    [0, 2, 1, 0],
+    [0, 2, 1, 1],
+    [0, 3, 1, 1],
+    [0, 3, 1, 2],
+    [1, 3, 1, 2],
+    [1, 3, 2, 2],
+    [1, 3, 3, 2],
+];
 
 /// The filter and all its work space, used in place.
 #[derive(Clone, Debug)]
@@ -66,6 +80,8 @@ pub struct Filter {
     frame: u8,
     learned: Learned,
     uncertainty: Uncertainty,
+    /// That of the epoch being worked on, told together with its correction.
+    found: Uncertainty,
     innovations: Queue<Innovation>,
     restored: u16,
 }
@@ -92,6 +108,7 @@ impl Filter {
             frame: 0,
             learned: Learned::NOTHING,
             uncertainty: Uncertainty::NONE,
+            found: Uncertainty::NONE,
             innovations: Queue::new(),
             restored: 0,
         }
@@ -127,7 +144,8 @@ impl Filter {
         self.error = [0.0; ALL];
         self.frame = 0;
         self.learned = Learned::default();
-        self.publish();
+        self.assess();
+        self.uncertainty = self.found;
     }
 
     /// Takes one frame of strapdown into the window. The log-density decays with the altitude flown.
@@ -178,11 +196,9 @@ impl Filter {
         let last = self.frame + 1 >= FRAMES_PER_EPOCH;
         if self.epoch.is_some() {
             self.slice(&rule, probe);
-            if last {
-                self.publish();
-            }
         }
         if last {
+            self.uncertainty = self.found;
             self.close_window(nominal);
         }
         self.frame = if last { 0 } else { self.frame + 1 };
@@ -198,22 +214,32 @@ impl Filter {
                 probe.kernel_done(Kernel::FilterPredict, 1);
             }
             1 => {
-                self.covariance.end_prediction(transition, noise);
+                let is_restarted = !self.covariance.end_prediction(transition, noise);
+                self.restored = self.restored.saturating_add(is_restarted.into());
                 probe.kernel_done(Kernel::FilterPredict, 1);
-                let (mended, raised) = (self.covariance.check(), self.covariance.sweep());
-                self.restored = self.restored.saturating_add((mended | raised).into());
             }
-            frame => self.update_some(usize::from(frame.saturating_sub(2)), rule, probe),
+            _ => {}
         }
+        self.update_some(rule, probe);
     }
 
-    /// The scalar updates of one of the [`UPDATING_FRAMES`].
-    fn update_some(&mut self, turn: usize, rule: &UpdateRule, probe: &mut impl Probe) {
-        let share = self.processing.items().len().div_ceil(UPDATING_FRAMES);
-        for observation in self.processing.items().iter().skip(turn * share).take(share) {
+    /// The scalar updates of this frame, and the uncertainty when they are the last ones.
+    fn update_some(&mut self, rule: &UpdateRule, probe: &mut impl Probe) {
+        let Some([second, third, fourth, fifth]) = UPDATES.get(self.processing.items().len()) else { return };
+        let (done, now, is_last) = match self.frame {
+            1 => (0, *second, false),
+            2 => (*second, *third, false),
+            3 => (second + third, *fourth, *fifth == 0),
+            4 => (second + third + fourth, *fifth, *fifth > 0),
+            _ => return,
+        };
+        for observation in self.processing.items().iter().skip(done).take(now) {
             let record = update(observation, rule, &self.injected, &mut self.error, &mut self.covariance);
             self.innovations.push(record);
             probe.kernel_done(Kernel::FilterUpdate, 1);
+        }
+        if is_last {
+            self.assess();
         }
     }
 
@@ -232,21 +258,19 @@ impl Filter {
         self.arriving.clear();
     }
 
-    fn publish(&mut self) {
-        let p = &self.covariance;
-        let sigma = |i: usize| if p.at(i, i) > 0.0 { sqrt(p.at(i, i)) } else { 0.0 };
-        let lower = (0..2 * AXES).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        for (element, (i, j)) in self.uncertainty.covariance.iter_mut().zip(lower) {
-            *element = p.at(POSITION + i, POSITION + j);
-        }
-        for (k, element) in self.uncertainty.attitude_sigma_rad.iter_mut().enumerate() {
-            *element = sigma(ATTITUDE + k);
-        }
-        self.uncertainty.log_density_sigma = sigma(LOG_DENSITY);
+    /// How well the epoch is known now that its measurements are taken in.
+    fn assess(&mut self) {
+        let (covariance, variances) = self.covariance.told();
+        let sigma = |i: usize| variances.get(i).map_or(0.0, |variance| sqrt(*variance));
         let largest = |block: usize| (0..AXES).fold(0.0, |largest, k| max(largest, sigma(block + k)));
-        self.uncertainty.position_sigma_m = largest(POSITION);
-        self.uncertainty.velocity_sigma_mps = largest(VELOCITY);
-        self.uncertainty.sound = (0..ALL).all(|i| p.at(i, i) >= 0.0);
+        self.found = Uncertainty {
+            covariance,
+            attitude_sigma_rad: [sigma(ATTITUDE), sigma(ATTITUDE + 1), sigma(ATTITUDE + 2)],
+            log_density_sigma: sigma(LOG_DENSITY),
+            position_sigma_m: largest(POSITION),
+            velocity_sigma_mps: largest(VELOCITY),
+            sound: variances.iter().all(|variance| variance.is_finite()),
+        };
     }
 
     /// What has been learned of sensors and air.
@@ -275,7 +299,7 @@ impl Filter {
         self.innovations.items()
     }
 
-    /// Times the covariance had to be restored.
+    /// Times the covariance had to be restarted.
     #[must_use]
     pub fn restored(&self) -> u16 {
         self.restored

@@ -13,7 +13,7 @@ use crate::sensors::RadioMeasurement;
 /// Forms the observations of range and range-rate against the nominal state.
 ///
 /// ρ = |d|, d = r − r_s; ρ' = d·w/ρ, w = v − v_s. ∂ρ/∂r = u = d/ρ; ∂ρ'/∂v = u; ∂ρ'/∂r = (w − u ρ')/ρ.
-/// Not valid when the source is unknown or below the smallest elevation.
+/// Not valid when the source is unknown or below the smallest elevation, [`lowest_sine`].
 #[must_use]
 pub fn observe(
     input: &RadioMeasurement,
@@ -21,6 +21,7 @@ pub fn observe(
     nominal: &Nominal,
     planet: &Planet,
     parameters: &NavigationParameters,
+    lowest_sine: f64,
 ) -> [Observation; 2] {
     let blank = Observation { time: input.time, source: input.source, ..Observation::default() };
     let unknown = [
@@ -33,7 +34,7 @@ pub fn observe(
     let range = d.norm();
     let Some(u) = d.unit() else { return unknown };
     let range_rate = u.dot(&w);
-    let valid = is_visible(state, &nominal.r_i, &r_s, &u, parameters);
+    let valid = is_visible(state, &nominal.r_i, &r_s, &u, lowest_sine);
     [
         Observation {
             kind: MeasurementKind::Range,
@@ -58,16 +59,23 @@ pub fn observe(
     ]
 }
 
-/// True when the source at `r_s` stands high enough above the horizon to be used from `r`; `u` points from source to vehicle.
+/// Sine of the elevation below which a source is not used, once for all that are read in a frame.
+#[must_use]
+pub fn lowest_sine(parameters: &NavigationParameters) -> f64 {
+    sin(parameters.min_elevation_rad)
+}
+
+/// True when the source at `r_s` stands high enough above the horizon to be used from `r`; `u` points from source to vehicle, and
+/// the limit is [`lowest_sine`].
 #[must_use]
 pub fn is_visible(
     state: &SourceState,
     r: &Vec3<Inertial>,
     r_s: &Vec3<Inertial>,
     u: &Vec3<Inertial>,
-    parameters: &NavigationParameters,
+    lowest_sine: f64,
 ) -> bool {
-    elevation_sine(state, r, r_s, u) >= sin(parameters.min_elevation_rad)
+    elevation_sine(state, r, r_s, u) >= lowest_sine
 }
 
 /// Sine of the elevation over the horizon of whichever end lies lower: the vehicle for an orbiter, a beacon for itself.
@@ -103,7 +111,8 @@ mod tests {
     }
 
     fn observed(nominal: &Nominal, state: &mut SourceState) -> [Observation; 2] {
-        observe(&INPUT, state, nominal, &MARS, &Config::DEFAULT.navigation)
+        let parameters = &Config::DEFAULT.navigation;
+        observe(&INPUT, state, nominal, &MARS, parameters, lowest_sine(parameters))
     }
 
     #[test]

@@ -104,7 +104,6 @@ impl Transition {
     #[allow(clippy::indexing_slicing)] // constant block offsets within fixed arrays
     pub fn apply(&self, x: &Full) -> Moving {
         let at = |block: usize| [x[block], x[block + 1], x[block + 2]];
-        let (r, v, phi) = (at(POSITION), at(VELOCITY), at(ATTITUDE));
         let (accelerometer_bias, gyro_bias) = (at(ACCELEROMETER_BIAS), at(GYRO_BIAS));
         let (scale, misalignment, gyro_scale) =
             (at(ACCELEROMETER_SCALE), at(ACCELEROMETER_MISALIGNMENT), at(GYRO_SCALE));
@@ -113,14 +112,33 @@ impl Transition {
         subtract_product(&mut turned, &self.turn, &gyro_bias);
         subtract_product(&mut turned, &self.gyro_scale, &gyro_scale);
 
-        let ([ux, uy, uz], [px, py, pz]) = (self.velocity_increment, phi);
-        let mut gained = [py * uz - pz * uy, pz * ux - px * uz, px * uy - py * ux];
-        add_product(&mut gained, &self.gravity, &r);
+        let mut gained = [0.0; 3];
         subtract_product(&mut gained, &self.turn, &accelerometer_bias);
         add_product(&mut gained, &self.velocity_from_gyro_bias, &gyro_bias);
         subtract_product(&mut gained, &self.scale, &scale);
         add_product(&mut gained, &self.misalignment, &misalignment);
         add_product(&mut gained, &self.velocity_from_gyro_scale, &gyro_scale);
+        self.moved(x, gained, turned)
+    }
+
+    /// [`Transition::apply`] to errors of the moving states alone, with perfect sensors.
+    #[must_use]
+    pub fn apply_moving(&self, x: &Full) -> Moving {
+        self.moved(x, [0.0; 3], [0.0; 3])
+    }
+
+    /// What the moving states become, given what velocity and attitude get from the sensors.
+    #[inline(always)]
+    #[allow(clippy::indexing_slicing)] // constant block offsets within fixed arrays
+    fn moved(&self, x: &Full, mut gained: [f64; 3], turned: [f64; 3]) -> Moving {
+        let at = |block: usize| [x[block], x[block + 1], x[block + 2]];
+        let (r, v, phi) = (at(POSITION), at(VELOCITY), at(ATTITUDE));
+        let ([ux, uy, uz], [px, py, pz]) = (self.velocity_increment, phi);
+        let lifted = [py * uz - pz * uy, pz * ux - px * uz, px * uy - py * ux];
+        for (sum, part) in gained.iter_mut().zip(lifted) {
+            *sum += part;
+        }
+        add_product(&mut gained, &self.gravity, &r);
 
         let mut out: Moving = [0.0; MOVING];
         let t = self.elapsed_s;

@@ -15,7 +15,7 @@ pub struct Uncertainty {
     pub position_sigma_m: f64,
     /// Largest standard deviation of velocity along an axis, m/s.
     pub velocity_sigma_mps: f64,
-    /// False while a variance is negative or not a number, until the next check restores it.
+    /// False while a variance is not finite, until the next prediction restores it.
     pub sound: bool,
 }
 

@@ -50,7 +50,8 @@ impl Modelled {
     fn sees(&self, state: &SourceState, r_s: &Vec3<Inertial>, lent: &Lent<'_>) -> bool {
         let [x, y, z, ..] = self.now;
         let r_i = Vec3::new(x, y, z);
-        (r_i - *r_s).unit().is_some_and(|u| radio::is_visible(state, &r_i, r_s, &u, lent.parameters))
+        let lowest_sine = radio::lowest_sine(lent.parameters);
+        (r_i - *r_s).unit().is_some_and(|u| radio::is_visible(state, &r_i, r_s, &u, lowest_sine))
     }
 
     /// A stagnation pressure, as its logarithm: what is known of its noise is relative, and it is linear in altitude then.
