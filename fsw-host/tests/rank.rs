@@ -55,7 +55,7 @@ fn the_default_filter_stands_on_the_bound_with_an_orbiter_and_with_a_beacon() {
             assert!((0.5..=1.1).contains(&over_bound), "{scenario}: {over_bound}");
         }
         assert!((4.5..7.5).contains(&number(default, "/nees")), "{scenario}: {}", default["nees"]);
-        assert_eq!((&default["mended"], &default["not_finite"]), (&Value::from(0), &Value::from(0)));
+        assert_eq!((&default["restarted"], &default["not_finite"]), (&Value::from(0), &Value::from(0)));
     }
 }
 
@@ -69,7 +69,7 @@ fn every_filter_ends_its_entries_with_an_open_parachute() {
         let placed = told[0]["filters"].as_array().expect("filters");
         assert_eq!(placed.len(), 21);
         for p in placed {
-            let sound = p["opened"] == 3 && p["not_finite"] == 0 && p["mended"] == 0 && p["indefinite_pct"] == 0.0;
+            let sound = p["opened"] == 3 && p["not_finite"] == 0 && p["restarted"] == 0 && p["indefinite_pct"] == 0.0;
             assert!(sound, "{scenario}: {p}");
         }
     }

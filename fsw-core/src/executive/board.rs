@@ -13,7 +13,7 @@ use embedded_io::{ErrorKind, Read, Write};
 
 use super::computer::FlightComputer;
 use crate::link::discretes::{DiscreteError, Discretes};
-use crate::link::framing::{DELIMITER, MAX_FRAME, SHORTEST_STRETCH};
+use crate::link::framing::{DELIMITER, MAX_FRAME, glance};
 use crate::link::packet::{Mode, Pace, RestartReport};
 use crate::link::port::{Port, PortError};
 use crate::probe::Meter;
@@ -22,6 +22,8 @@ use crate::time::FRAME;
 /// Bytes taken from the stream at a time. A line without hardware buffer gives few; of one that brings much at once, most
 /// frames lie whole in what is read, and need not be put together.
 const READ_BYTES: usize = 256;
+/// A stretch of up to so many bytes is looked at before the meter is begun.
+const SHORT_STRETCH: usize = 11;
 /// Room for the answer to one packet: the packets of a frame with all telemetry and several events. A longer answer is
 /// sent piece by piece.
 const ANSWER_BYTES: usize = 2_048;
@@ -139,7 +141,7 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
                 // They always fit: what has room for a frame and a read never keeps more than a frame.
                 self.request.append(bytes);
                 match self.request.bytes().iter().rposition(|byte| *byte == DELIMITER) {
-                    Some(_) if self.drop_runt() => self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port),
+                    Some(_) if self.drop_noise() => self.port.send(&ACKNOWLEDGE).map_err(BoardError::Port),
                     Some(last) => {
                         self.overflowing = false;
                         self.serve(last + 1, meter, clock)
@@ -157,16 +159,17 @@ impl<'c, S: Read + Write, A: OutputPin, F: OutputPin, W: OutputPin> Board<'c, S,
         outcome.and(self.run_overdue(meter, clock))
     }
 
-    /// Throws away a stretch too short for any packet, as noise on a line without a buffer makes them one by one: before
-    /// the meter, which would cost more than the stretch.
-    fn drop_runt(&mut self) -> bool {
+    /// Throws away a short stretch that is no packet at a glance, as noise on a line without a buffer makes them one by one:
+    /// before the meter, which would cost more than the glance.
+    fn drop_noise(&mut self) -> bool {
         let [stretch @ .., DELIMITER] = self.request.bytes() else { return false };
-        let is_runt = stretch.len() < SHORTEST_STRETCH && !stretch.contains(&DELIMITER) && !self.overflowing;
-        if is_runt {
-            self.computer.count_runt(stretch);
-            self.request.clear();
+        if self.overflowing || stretch.len() > SHORT_STRETCH || stretch.contains(&DELIMITER) {
+            return false;
         }
-        is_runt
+        let Some(reject) = glance(stretch) else { return false };
+        self.computer.count_noise(stretch, reject);
+        self.request.clear();
+        true
     }
 
     /// Hands the first `end` bytes received to the computer, measured, and sends the answer: all that belongs to a minor

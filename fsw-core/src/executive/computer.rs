@@ -10,7 +10,7 @@ pub use frames::{EVENTS_PER_BURST, MAX_BRIDGED_FRAMES, MAX_UNCONFIRMED_GAP};
 use frames::Gathered;
 
 use super::tick::Executive;
-use crate::link::framing::{FrameBytes, MAX_FRAME};
+use crate::link::framing::{FrameBytes, MAX_FRAME, Reject};
 use crate::link::packet::{
     Actuator, CommandReply, CostTlm, Downlink, Event, EventKind, Frame, Mode, Pace, RestartReport, Severity, Uplink,
 };
@@ -186,17 +186,22 @@ impl FlightComputer {
         }
     }
 
-    /// Counts what lay between two delimiters and is too short for any packet, as [`Self::receive`] would.
-    pub(super) fn count_runt(&mut self, stretch: &[u8]) {
-        let rejects = &mut self.executive.rejects;
-        rejects.crc = rejects.crc.saturating_add(u32::from(!stretch.is_empty()));
+    /// Counts what lay between two delimiters and is no packet at a glance, as [`Self::receive`] would.
+    pub(super) fn count_noise(&mut self, stretch: &[u8], reject: Reject) {
+        self.executive.received += stretch.len() + 1;
+        if !stretch.is_empty() {
+            self.executive.rejects.count(reject);
+        }
     }
 
     /// Takes received bytes off the front of `bytes` up to the end of a packet that is to be used, and does what follows
     /// from it; all bytes when there is none in them.
     pub fn take_probed(&mut self, bytes: &mut &[u8], probe: &mut impl Probe, mut transmit: impl FnMut(&[u8])) {
         while !bytes.is_empty() {
-            if let Some(frame) = self.receiver.take(bytes, &mut self.executive.rejects) {
+            let before = bytes.len();
+            let taken = self.receiver.take(bytes, &mut self.executive.rejects);
+            self.executive.received += before - bytes.len();
+            if let Some(frame) = taken {
                 probe.kernel_done(Kernel::Decode, 1);
                 probe.slot_done(SlotId::Receive);
                 self.handle(frame, probe, &mut transmit);

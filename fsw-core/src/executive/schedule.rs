@@ -46,6 +46,12 @@ pub const SCHEDULE: [Slot; SLOT_COUNT] = [
     Slot { id: SlotId::Transmit, name: "transmit", every: 1, offset: 0, budget: 13_000 },
 ];
 
+/// Bytes received in a minor frame, above which guidance leaves the frame to them if it can: a full frame of every sensor has
+/// fewer …
+pub const CROWDED_BYTES: usize = 400;
+/// … and scalar updates of the filter in it.
+pub const CROWDED_UPDATES: usize = 1;
+
 /// Cost that a whole minor frame may have, instructions on the reference computer.
 pub const FRAME_BUDGET: u32 = 100_000;
 

@@ -3,8 +3,8 @@
 use super::cost::CostLedger;
 use super::modes::{self, Facts, Thresholds};
 use super::schedule::{
-    GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET, HEALTH_FRAMES, HEALTH_OFFSET, NAV_TELEMETRY_FRAMES,
-    NAV_TELEMETRY_OFFSET, due, navigation_allowance,
+    CROWDED_BYTES, CROWDED_UPDATES, GUIDANCE_TELEMETRY_FRAMES, GUIDANCE_TELEMETRY_OFFSET, HEALTH_FRAMES, HEALTH_OFFSET,
+    NAV_TELEMETRY_FRAMES, NAV_TELEMETRY_OFFSET, due, navigation_allowance,
 };
 use crate::config::Config;
 use crate::control::{self, BankDemand};
@@ -33,6 +33,8 @@ pub struct Executive {
     pub log: EventLog,
     /// Execution cost so far.
     pub cost: CostLedger,
+    /// Bytes received since the last minor frame was run.
+    pub(super) received: usize,
     mode: Mode,
     frame: u32,
     go: bool,
@@ -87,6 +89,7 @@ impl Executive {
             rejects: RejectCounters::NONE,
             log: EventLog::new(),
             cost: CostLedger::new(),
+            received: 0,
             mode: Mode::Standby,
             frame: 0,
             go: false,
@@ -170,6 +173,7 @@ impl Executive {
         probe: &mut impl Probe,
     ) -> Outputs {
         self.frame = now.frame_index();
+        let received = core::mem::take(&mut self.received);
         let allowance = navigation_allowance(self.config.modes.navigation);
         let shed = self.cost.enter(now, self.pace, cost, allowance, &mut self.log);
         if !self.armed {
@@ -179,7 +183,9 @@ impl Executive {
         probe.slot_done(SlotId::Navigation);
 
         let context = guidance_context(&self.config, &self.model);
-        let input = GuidanceInput { now, frame: self.frame, estimate: &estimate, mode: self.mode, shed, context };
+        let crowded = received > CROWDED_BYTES || self.navigator.scalar_updates() > CROWDED_UPDATES;
+        let (frame, mode) = (self.frame, self.mode);
+        let input = GuidanceInput { now, frame, estimate: &estimate, mode, shed, crowded, context };
         let command = self.guidance.advance_probed(&input, probe);
         probe.slot_done(SlotId::Guidance);
 

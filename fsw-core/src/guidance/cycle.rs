@@ -44,6 +44,8 @@ const PROPAGATION_WORK: u32 = 12;
 const PROPAGATION_FRAMES: u32 = 10;
 /// Minor frames of a cycle in which predictions are made that were not to be expected.
 const LATER_FRAMES: u32 = FRAMES_PER_SECOND * 3 / 5;
+/// Minor frames of the others in which a cycle may rest, because other work crowds them.
+const MAX_RESTS: u32 = 4;
 /// Shortest and longest predictor step, s; parameters beyond are brought to the nearer one.
 const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 
@@ -51,6 +53,11 @@ const PREDICTOR_STEP_RANGE_S: (f64, f64) = (0.1, 20.0);
 const _: () = assert!(
     WORK_PER_FRAME * (FRAMES_PER_SECOND - 2) * EVALUATIONS_PER_STEP as u32 / STEP_WORK >= MAX_EVALUATIONS as u32
 );
+
+/// Work in one minor frame, at most, over this model.
+fn most_work(model: &OnboardModel) -> u32 {
+    if model.aero.depends_on_mach() { WORK_PER_FRAME_BY_MACH } else { WORK_PER_FRAME }
+}
 
 /// One predicted flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +82,8 @@ pub struct Cycle {
     /// Work of the prediction under way, and of the longest so far.
     work: u32,
     longest: u32,
+    /// Minor frames in which it has rested.
+    rests: u32,
     finished: bool,
 }
 
@@ -101,6 +110,7 @@ impl Cycle {
             evaluations: 0,
             work: 0,
             longest: 0,
+            rests: 0,
             finished: false,
         }
     }
@@ -134,21 +144,38 @@ impl Cycle {
 
     /// The quota that makes the prediction to be expected in the first two fifths of the second, and finishes the cycle just in
     /// time if every prediction allowed is made, each as long as the longest so far, of this cycle or, `longest_before`, of
-    /// the one before: so all frames of a second cost about the same.
+    /// the one before: so all frames of a second cost about the same. The first two fifths are longer by the frames of rest.
     #[must_use]
     pub fn quota(&self, frames_left: u32, longest_before: u32, model: &OnboardModel) -> u32 {
-        let longest = longest_before.max(self.longest).max(self.work + STEP_WORK);
         // With a slope remembered one prediction is enough, most of the time.
         let soon = self.start.slope_m.is_some() && self.flown.is_empty();
-        let (to_make, frames_left) = if soon && frames_left > LATER_FRAMES {
-            (1, frames_left - LATER_FRAMES)
-        } else {
-            (self.corrector.max_predictions().saturating_sub(self.flown.len()), frames_left)
-        };
+        let later = LATER_FRAMES.saturating_sub(self.rests);
+        let (to_make, frames_left) =
+            if soon && frames_left > later { (1, frames_left - later) } else { (self.predictions_left(), frames_left) };
+        let work = self.work_left(to_make, longest_before);
+        work.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, most_work(model))
+    }
+
+    /// Whether the cycle rests in a frame that other work crowds, with so many left; counted. Not too often, nor in the later
+    /// frames of a second, nor when the others could not make up for it: the cycle has to end in time, and in a second that is
+    /// crowded throughout no frame stands out.
+    pub fn rests(&mut self, frames_left: u32, longest_before: u32, model: &OnboardModel) -> bool {
+        let can_wait = self.work_left(self.predictions_left(), longest_before)
+            <= most_work(model).saturating_mul(frames_left.saturating_sub(1));
+        let rests = frames_left > LATER_FRAMES && self.rests < MAX_RESTS && can_wait;
+        self.rests += u32::from(rests);
+        rests
+    }
+
+    fn predictions_left(&self) -> usize {
+        self.corrector.max_predictions().saturating_sub(self.flown.len())
+    }
+
+    /// Work of so many predictions, that under way among them, each as long as the longest so far.
+    fn work_left(&self, predictions: usize, longest_before: u32) -> u32 {
+        let longest = longest_before.max(self.longest).max(self.work + STEP_WORK);
         let propagation = PROPAGATION_WORK * self.frames_left.div_ceil(PROPAGATION_FRAMES);
-        let work = propagation + (longest * u32::try_from(to_make).unwrap_or(0)).saturating_sub(self.work);
-        let most = if model.aero.depends_on_mach() { WORK_PER_FRAME_BY_MACH } else { WORK_PER_FRAME };
-        work.div_ceil(frames_left.max(1)).clamp(SHORTEST_SLICE, most)
+        propagation + (longest * u32::try_from(predictions).unwrap_or(0)).saturating_sub(self.work)
     }
 
     /// Work of the longest prediction, finished or not.

@@ -75,6 +75,8 @@ pub struct GuidanceInput<'a> {
     pub mode: Mode,
     /// The frame before took too long: the predictor rests, and a cycle that finds nothing keeps the last command.
     pub shed: bool,
+    /// Other work of this frame is much: the predictor rests if it can make up for it. What it finds does not depend on that.
+    pub crowded: bool,
     /// Parameters and model.
     pub context: GuidanceContext<'a>,
 }

@@ -44,9 +44,12 @@ impl Guidance {
             let context = input.context.cycle(&self.air, &self.segments, &self.aim);
             // The last frame of a second is spare.
             let frames_left = FRAMES_PER_SECOND.saturating_sub(1 + input.frame % FRAMES_PER_SECOND);
-            let quota = cycle.quota(frames_left, self.longest_prediction, input.context.model);
-            let begun = if on_the_second { BEGINNING_WORK } else { 0 };
-            cycle.advance(quota.saturating_sub(begun), &context, probe);
+            let (longest, model) = (self.longest_prediction, input.context.model);
+            if !(input.crowded && cycle.rests(frames_left, longest, model)) {
+                let quota = cycle.quota(frames_left, longest, model);
+                let begun = if on_the_second { BEGINNING_WORK } else { 0 };
+                cycle.advance(quota.saturating_sub(begun), &context, probe);
+            }
         }
     }
 

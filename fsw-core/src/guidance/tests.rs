@@ -163,6 +163,17 @@ fn outputs(
     estimate: &Estimate,
     frames: core::ops::Range<u32>,
 ) -> Vec<GuidanceOutput> {
+    outputs_in(guidance, mode, estimate, frames, |_| false)
+}
+
+/// The same where other work crowds some of the frames.
+fn outputs_in(
+    guidance: &mut Guidance,
+    mode: Mode,
+    estimate: &Estimate,
+    frames: core::ops::Range<u32>,
+    is_crowded: fn(u32) -> bool,
+) -> Vec<GuidanceOutput> {
     let model = model();
     frames
         .map(|frame| {
@@ -173,6 +184,7 @@ fn outputs(
                 estimate,
                 mode,
                 shed: false,
+                crowded: is_crowded(frame),
                 context: context(&model, &SHARED),
             })
         })
@@ -192,6 +204,31 @@ fn a_command_changes_only_on_a_whole_second() {
     // The first cycle starts at frame 50 and acts at 100.
     assert_eq!(out[99 - 20].bank_rad, rad(-42.0));
     assert_ne!(out[100 - 20].bank_rad, rad(-42.0));
+}
+
+#[test]
+fn a_cycle_rests_in_crowded_frames_and_finds_the_same_in_time() {
+    let e = estimate(125.3e3, 5505.0, -14.15);
+    let fly = |is_crowded| {
+        let mut guidance = Guidance::new();
+        outputs(&mut guidance, Mode::Coast, &e, 0..20);
+        outputs_in(&mut guidance, Mode::RangeControl, &e, 20..500, is_crowded)
+    };
+    let calm = fly(|_| false);
+    assert_eq!(fly(|frame| frame % 5 == 0), calm);
+    assert_eq!(fly(|_| true), calm);
+}
+
+#[test]
+fn a_cycle_rests_so_often_only_that_it_can_still_make_every_prediction() {
+    let model = model();
+    let from = start(state_of(&estimate(125.3e3, 5505.0, -14.15)));
+    let rests = |longest| {
+        let mut cycle = Cycle::new(&from, &CONFIG.guidance);
+        (1..50).rev().filter(|frames_left| cycle.rests(*frames_left, longest, &model)).count()
+    };
+    assert_eq!(rests(100), 4);
+    assert_eq!(rests(u32::from(MAX_EVALUATIONS) / 4), 0);
 }
 
 #[test]

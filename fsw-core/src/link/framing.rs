@@ -9,9 +9,9 @@ mod body;
 mod stretches;
 mod words;
 
-pub(crate) use body::Body;
+pub(crate) use body::{Body, glance};
 pub(crate) use stretches::Stretches;
-pub(crate) use words::{are_same, common_prefix, copy, skip_runts};
+pub(crate) use words::{are_same, common_prefix, copy, skip_short_noise, split_at_delimiter};
 
 use core::fmt;
 
@@ -219,10 +219,8 @@ impl Decoder {
     /// Takes bytes off the front of `bytes` up to and including the one that ends a frame. `Some` for its payload with
     /// verified checksum, or why it is none; `None` when the bytes are used up or a delimiter ended nothing.
     pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], Reject>> {
-        let mut rest = *bytes;
-        let stretch = self.stretches.take(&mut rest);
-        *bytes = bytes.get(bytes.len() - rest.len()..).unwrap_or_default();
-        Some(stretch?.and_then(|stretch| self.body.unstuffed(stretch)))
+        let judged = self.stretches.take(bytes)?.and_then(|stretch| glance(stretch).map_or(Ok(stretch), Err));
+        Some(judged.and_then(|stretch| self.body.unstuffed(stretch)))
     }
 }
 

@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::framing::{
-    Body, DELIMITER, EncodeError, FrameBytes, MAX_FRAME, Reject, SHORTEST_STRETCH, Stretches, are_same, common_prefix,
-    copy, decode, encode_frame, skip_runts,
+    Body, DELIMITER, EncodeError, FrameBytes, LONGEST_STRETCH, MAX_FRAME, Reject, Stretches, are_same, common_prefix,
+    copy, decode, encode_frame, glance, skip_short_noise, split_at_delimiter,
 };
 use super::packet::{Downlink, Frame, RejectCounters, Uplink};
 use super::sequence::{Arrival, SequenceMonitor};
@@ -114,10 +114,7 @@ impl<P: Packet> Receiver<P> {
         if self.stretches.is_between() && self.skip_repeated(bytes, counters) {
             return None;
         }
-        let mut rest = *bytes;
-        let stretch = self.stretches.take(&mut rest);
-        *bytes = bytes.get(bytes.len() - rest.len()..).unwrap_or_default();
-        let stretch = match stretch? {
+        let stretch = match self.stretches.take(bytes)? {
             Ok(stretch) => stretch,
             Err(reject) => {
                 counters.count(reject);
@@ -125,10 +122,11 @@ impl<P: Packet> Receiver<P> {
             }
         };
         // A flood of noise is to cost little.
-        if stretch.len() < SHORTEST_STRETCH {
-            counters.count(Reject::Crc);
-            let runts = skip_runts(bytes);
-            counters.crc = counters.crc.saturating_add(runts);
+        if let Some(reject) = glance(stretch) {
+            counters.count(reject);
+            if !bytes.is_empty() {
+                skip_noise(bytes, counters);
+            }
             return None;
         }
         self.last_length = stretch.len() + 1;
@@ -185,11 +183,29 @@ impl<P: Packet> Receiver<P> {
     }
 }
 
+/// Takes stretches that are no frames at a glance off the front of `bytes`, where one begins, and counts them.
+#[inline(never)]
+fn skip_noise(bytes: &mut &[u8], counters: &mut RejectCounters) {
+    skip_short_noise(bytes, counters);
+    // Each turn takes a byte or more.
+    while let Some((stretch, rest)) = split_at_delimiter(bytes) {
+        let Some(reject) = glance(stretch) else { return };
+        if stretch.is_empty() || stretch.len() > LONGEST_STRETCH {
+            return;
+        }
+        counters.count(reject);
+        *bytes = rest;
+        skip_short_noise(bytes, counters);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::link::framing::MAX_FRAME;
     use crate::link::packet::{Hello, Imu};
+    use proptest::prelude::*;
+    use std::vec;
     use std::vec::Vec;
 
     fn wire(sender: &mut Sender, packet: Uplink) -> Vec<u8> {
@@ -265,5 +281,33 @@ mod tests {
         let (mut receiver, mut counters) = (Receiver::new(), RejectCounters::default());
         assert_eq!(receive(&mut receiver, &[first.clone(), first, same_number].concat(), &mut counters), [0]);
         assert_eq!(counters, RejectCounters { accepted: 1, duplicate: 2, ..Default::default() });
+    }
+
+    proptest! {
+        /// Noise is skipped many stretches at a time where they lie together, and judged one by one where they come in pieces.
+        #[test]
+        fn noise_and_packets_count_the_same_in_one_piece_as_byte_by_byte(
+            pieces in prop::collection::vec(
+                prop_oneof![
+                    prop::collection::vec(prop_oneof![Just(0_u8), 1..4_u8, any::<u8>()], 0..40).prop_map(Some),
+                    Just(None),
+                ],
+                0..60,
+            )
+        ) {
+            let mut sender = Sender::new();
+            let stream: Vec<u8> = pieces
+                .into_iter()
+                .flat_map(|noise| noise.unwrap_or_else(|| [vec![0], wire(&mut sender, Uplink::Imu(Imu::default()))].concat()))
+                .collect();
+            let (mut slow, mut one_by_one) = (Receiver::<Uplink>::new(), RejectCounters::default());
+            let used = receive(&mut slow, &stream, &mut one_by_one);
+            let (mut fast, mut at_once) = (Receiver::<Uplink>::new(), RejectCounters::default());
+            let (mut rest, mut found) = (stream.as_slice(), Vec::new());
+            while !rest.is_empty() {
+                found.extend(fast.take(&mut rest, &mut at_once).map(|frame| frame.sequence));
+            }
+            prop_assert_eq!((found, at_once), (used, one_by_one));
+        }
     }
 }

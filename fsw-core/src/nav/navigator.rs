@@ -263,6 +263,12 @@ impl Navigator {
         &self.estimate
     }
 
+    /// Scalar updates that the filter of the strapdown solution made in the last frame.
+    #[must_use]
+    pub fn scalar_updates(&self) -> usize {
+        self.filter.updates()
+    }
+
     /// Counters for fault protection.
     #[must_use]
     pub fn counters(&self) -> NavCounters {

@@ -102,8 +102,8 @@ pub fn fly(
         if out.cause.is_some() {
             break;
         }
-        let input =
-            GuidanceInput { now: MissionTime::of_frame(frame), frame, estimate: &estimate, mode, shed: false, context };
+        let now = MissionTime::of_frame(frame);
+        let input = GuidanceInput { now, frame, estimate: &estimate, mode, shed: false, crowded: false, context };
         let command = guidance.advance(&input);
         if let Some(Verdict::Unreachable(miss_m)) = command.verdict {
             out.unreachable_m.get_or_insert(miss_m);

@@ -58,8 +58,8 @@ pub(super) struct Judged {
     pub inside: u32,
     /// Epochs whose covariance was not positive definite.
     pub indefinite: u32,
-    /// Times that the full covariance was mended.
-    pub mended: u32,
+    /// Times that the full covariance was restarted.
+    pub restarted: u32,
     /// Estimates with a number that is not finite.
     pub not_finite: u32,
     /// When it was given up, s.
@@ -89,7 +89,7 @@ impl Judged {
             judged: count(track.nees.len()),
             inside: count(track.inside),
             indefinite: count(track.indefinite),
-            mended: track.mended.into(),
+            restarted: track.restarted.into(),
             not_finite: count(track.not_finite),
             given_up_s: track.given_up.map(|(time_s, _)| time_s),
             closed: flown.map(|flown| Closed {

@@ -24,8 +24,8 @@ pub struct Track {
     pub inside: usize,
     /// Epochs whose covariance was not positive definite.
     pub indefinite: usize,
-    /// Times that the flight software found a pivot of the full covariance without its variance, and mended it.
-    pub mended: u16,
+    /// Times that the flight software found the full covariance not finite, and restarted it.
+    pub restarted: u16,
     /// Estimates with a number that is not finite.
     pub not_finite: usize,
     /// When the filter was given up, s, and why.
@@ -68,6 +68,6 @@ pub fn navigate(flight: &Recorded, mode: NavigationMode) -> Track {
             }
         }
     }
-    track.mended = navigator.counters().covariance_restored;
+    track.restarted = navigator.counters().covariance_restored;
     track
 }

@@ -53,9 +53,9 @@ pub struct Placed {
     pub nees_inside_pct: Option<f64>,
     /// Share of epochs with an indefinite covariance, percent.
     pub indefinite_pct: f64,
-    /// Times that the flight software found a pivot of the full covariance, 27 states of the strapdown solution, without its
-    /// variance, and mended it.
-    pub mended: u64,
+    /// Times that the flight software found the full covariance, 27 states of the strapdown solution, not finite, and
+    /// restarted it.
+    pub restarted: u64,
     /// Flights in which the filter was given up for dead reckoning.
     pub given_up: usize,
     /// Estimates that were no number.
@@ -139,18 +139,18 @@ impl Ranking {
 
     /// Numbers that are none and covariances that are not positive definite, in a sentence.
     pub(super) fn failures(&self) -> String {
-        let failed = self.filters.iter().filter(|p| p.not_finite > 0 || p.indefinite_pct > 0.0 || p.mended > 0);
+        let failed = self.filters.iter().filter(|p| p.not_finite > 0 || p.indefinite_pct > 0.0 || p.restarted > 0);
         let told: Vec<String> = failed
             .map(|p| {
-                let Placed { filter, not_finite, indefinite_pct, mended, .. } = p;
-                format!("{filter}: {not_finite} estimates, {indefinite_pct:.2} % of the epochs, {mended} times")
+                let Placed { filter, not_finite, indefinite_pct, restarted, .. } = p;
+                format!("{filter}: {not_finite} estimates, {indefinite_pct:.2} % of the epochs, {restarted} times")
             })
             .collect();
         if told.is_empty() {
-            "No filter gave an estimate that is no number, or a covariance that is not positive definite, or had one mended.".to_owned()
+            "No filter gave an estimate that is no number, or a covariance that is not positive definite, or had one restarted.".to_owned()
         } else {
             format!(
-                "Estimates that are no number, epochs with an indefinite covariance, times one was mended: {}.",
+                "Estimates that are no number, epochs with an indefinite covariance, times one was restarted: {}.",
                 told.join("; ")
             )
         }
@@ -183,7 +183,7 @@ impl Ranking {
         let teaching = TEACHING.map(NavigationMode::name);
         self.filters.iter().filter(|placed| !teaching.contains(&placed.filter)).all(|placed| {
             let completes = placed.opened.is_none_or(|opened| opened * 100 >= placed.flights * 99);
-            placed.not_finite == 0 && placed.indefinite_pct == 0.0 && placed.mended == 0 && completes
+            placed.not_finite == 0 && placed.indefinite_pct == 0.0 && placed.restarted == 0 && completes
         })
     }
 }
@@ -208,7 +208,7 @@ fn place(mode: NavigationMode, bound: &Limit, judged: &[&Judged]) -> Placed {
         nees: share(judged.iter().map(|filter| filter.nees).sum()),
         nees_inside_pct: share(100.0 * sum(|filter| filter.inside) as f64),
         indefinite_pct: 100.0 * sum(|filter| filter.indefinite) as f64 / epochs.max(1) as f64,
-        mended: sum(|filter| filter.mended),
+        restarted: sum(|filter| filter.restarted),
         given_up: judged.iter().filter(|filter| filter.given_up_s.is_some()).count(),
         not_finite: sum(|filter| filter.not_finite) as usize,
         miss_m: (!misses.is_empty()).then(|| [at(0.5), at(0.9), misses.last().copied().unwrap_or(f64::NAN)]),

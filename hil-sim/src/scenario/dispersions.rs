@@ -158,7 +158,7 @@ pub struct Fault {
     pub duration_s: f64,
     /// Numbers that the kind needs, by name: `bias` takes `value` (m/s², deg/s, Pa or m), `scale` takes `factor`,
     /// `bit-flips` takes `per_packet` (probability), `duplicate` takes `copies`, `garbage` takes `bytes` (a minor frame)
-    /// and `piece` (bytes between two delimiters).
+    /// and `piece` (bytes between two delimiters); none comes down a line that is held back.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
 }

@@ -36,7 +36,9 @@ impl Uplink {
     /// A minor frame that ends at this time begins to be sent.
     pub fn begin_frame(&mut self, now_s: f64, out: &mut Vec<u8>) {
         (self.now_s, self.sent, self.whole) = (now_s, 0, true);
-        if let Some(garbage) = self.acting(FaultKind::Garbage) {
+        // A line that is held back brings no noise either, and no noise stands before what was held back.
+        let is_held = self.acting(FaultKind::Hold).is_some() || !self.held.is_empty();
+        if let (Some(garbage), false) = (self.acting(FaultKind::Garbage), is_held) {
             let bytes = (parameter(&garbage, "bytes") as usize).min(BYTES_PER_FRAME);
             let piece = (parameter(&garbage, "piece") as usize).max(1);
             let noise = &mut self.noise;
@@ -158,6 +160,29 @@ mod tests {
         let copies = carried(FaultKind::Duplicate, &[("copies", 1e6)]);
         assert_eq!(copies[1].0.len(), BYTES_PER_FRAME - BYTES_PER_FRAME % PACKET.len());
         assert_eq!(carried(FaultKind::Garbage, &[("bytes", 1e6), ("piece", 1.0)])[1].0.len(), BYTES_PER_FRAME + 4);
+    }
+
+    #[test]
+    fn a_line_that_is_held_back_brings_no_noise() {
+        let fault = |kind, start_s, numbers: &[(&str, f64)]| Fault {
+            kind,
+            target: FaultTarget::Uplink,
+            start_s,
+            duration_s: 3.0,
+            parameters: numbers.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+        };
+        let noise = fault(FaultKind::Garbage, 1.0, &[("bytes", 10.0), ("piece", 3.0)]);
+        let mut line = Uplink::new(&[noise, fault(FaultKind::Hold, 2.0, &[])], Stream::new(1, 0, "test"));
+        let lengths: Vec<_> = (1..=6_u8)
+            .map(|second| {
+                let mut out = Vec::new();
+                line.begin_frame(f64::from(second), &mut out);
+                line.send(&PACKET, &mut out);
+                line.end_frame(&mut out);
+                out.len()
+            })
+            .collect();
+        assert_eq!(lengths, [10 + PACKET.len(), 0, 0, 0, 4 * PACKET.len(), PACKET.len()]);
     }
 
     #[test]

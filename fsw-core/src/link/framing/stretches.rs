@@ -30,7 +30,7 @@ impl Stretches {
 
     /// Takes bytes off the front of `bytes` up to and including the next delimiter. `Some` for what lies before it, or
     /// because that is too long; `None` when the bytes are used up or the delimiter ended nothing.
-    pub(crate) fn take<'b>(&'b mut self, bytes: &mut &'b [u8]) -> Option<Result<&'b [u8], Reject>> {
+    pub(crate) fn take<'s, 'b: 's>(&'s mut self, bytes: &mut &'b [u8]) -> Option<Result<&'s [u8], Reject>> {
         let whole = *bytes;
         let Some((stretch, rest)) = split_at_delimiter(whole) else {
             *bytes = &[];
@@ -41,23 +41,19 @@ impl Stretches {
             return Some(Err(Reject::Overflow));
         };
         *bytes = rest;
+        if self.is_between() {
+            return match stretch.len() {
+                0 => None,
+                1..=LONGEST_STRETCH => Some(Ok(stretch)),
+                _ => Some(Err(Reject::Overflow)),
+            };
+        }
         if core::mem::take(&mut self.skipping) {
             return None;
         }
-        let stretch = if self.length == 0 {
-            stretch
-        } else {
-            let fits = self.gather(stretch);
-            let length = core::mem::take(&mut self.length);
-            if !fits {
-                return Some(Err(Reject::Overflow));
-            }
-            self.begun.get(..length)?
-        };
-        if stretch.is_empty() {
-            return None;
-        }
-        Some(if stretch.len() > LONGEST_STRETCH { Err(Reject::Overflow) } else { Ok(stretch) })
+        let fits = self.gather(stretch);
+        let length = core::mem::take(&mut self.length);
+        Some(if fits { Ok(self.begun.get(..length)?) } else { Err(Reject::Overflow) })
     }
 
     /// Puts bytes behind those that have come; false, and nothing has come, when there is no room for them.

@@ -1,6 +1,7 @@
 //! Bytes searched, compared and copied a word at a time, without any panic path.
 
 use super::{DELIMITER, SHORTEST_STRETCH};
+use crate::link::packet::RejectCounters;
 
 /// Bytes searched for a delimiter at a time.
 const WORD: usize = 4;
@@ -8,18 +9,25 @@ const WORD: usize = 4;
 const ONES: u32 = 0x0101_0101;
 
 /// What lies before the first delimiter and what behind it; none without a delimiter.
-pub(super) fn split_at_delimiter(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+pub(crate) fn split_at_delimiter(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let (words, _) = bytes.as_chunks::<WORD>();
     let mut from = 0;
     for word in words {
-        if zeros_of(*word) != 0 {
-            break;
+        let zeros = zeros_of(*word);
+        if zeros != 0 {
+            return split_around(bytes, from + zeros.trailing_zeros() as usize / 8);
         }
         from += WORD;
     }
     let within = bytes.get(from..)?.iter().position(|byte| *byte == DELIMITER)?;
-    let (stretch, rest) = bytes.split_at_checked(from + within)?;
-    Some((stretch, rest.get(1..)?))
+    split_around(bytes, from + within)
+}
+
+/// What lies before the byte at `place` and what behind it.
+#[inline(always)]
+fn split_around(bytes: &[u8], place: usize) -> Option<(&[u8], &[u8])> {
+    let (before, rest) = bytes.split_at_checked(place)?;
+    Some((before, rest.get(1..)?))
 }
 
 /// How many bytes both begin with, four at a time: up to three fewer than there are.
@@ -29,27 +37,38 @@ pub(crate) fn common_prefix(one: &[u8], other: &[u8]) -> usize {
     WORD * a.iter().zip(b).take_while(same).count()
 }
 
-/// Takes stretches too short for any frame off the front of `bytes`, where one begins; how many. At the end of the bytes
-/// a few are left.
-pub(crate) fn skip_runts(bytes: &mut &[u8]) -> u32 {
-    let (mut runts, mut rest) = (0, *bytes);
+/// Takes short stretches that are no frames off the front of `bytes`, where one begins, and counts them: those too short for
+/// any, and those whose first block would end behind them. At the end of the bytes a few are left.
+#[inline(never)]
+pub(crate) fn skip_short_noise(bytes: &mut &[u8], counters: &mut RejectCounters) {
+    let (mut runts, mut broken, mut rest) = (0_u32, 0_u32, *bytes);
     // Each turn takes a byte or more.
-    while let Some([a, b, c, d, e, f]) = rest.first_chunk::<SHORTEST_STRETCH>() {
-        let zeros = zeros_of([*a, *b, *c, *d]);
-        let length = if zeros != 0 {
-            zeros.trailing_zeros() as usize / 8
-        } else if *e == DELIMITER {
-            WORD
-        } else if *f == DELIMITER {
-            WORD + 1
+    while let Some([code, b, c, d, e, f, g, h, i, j, k, l]) = rest.first_chunk::<{ 3 * WORD }>() {
+        let Some(length) = first_zero_of([[*code, *b, *c, *d], [*e, *f, *g, *h], [*i, *j, *k, *l]]) else { break };
+        if length < SHORTEST_STRETCH {
+            runts += u32::from(length > 0);
+        } else if usize::from(*code) > length {
+            broken += 1;
         } else {
             break;
-        };
-        runts += u32::from(length > 0);
+        }
         rest = rest.get(length + 1..).unwrap_or_default();
     }
     *bytes = rest;
-    runts
+    counters.crc = counters.crc.saturating_add(runts);
+    counters.cobs = counters.cobs.saturating_add(broken);
+}
+
+/// Place of the first zero in three words.
+#[inline(always)]
+const fn first_zero_of([first, second, third]: [[u8; WORD]; 3]) -> Option<usize> {
+    let (zeros, before) = match (zeros_of(first), zeros_of(second), zeros_of(third)) {
+        (0, 0, 0) => return None,
+        (0, 0, zeros) => (zeros, 2 * WORD),
+        (0, zeros, _) => (zeros, WORD),
+        (zeros, _, _) => (zeros, 0),
+    };
+    Some(before + zeros.trailing_zeros() as usize / 8)
 }
 
 /// The highest bit of each byte that is zero, up to the first of them; higher ones may be wrong. A byte of a word is

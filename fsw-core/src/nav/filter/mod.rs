@@ -83,6 +83,8 @@ pub struct Filter {
     /// That of the epoch being worked on, told together with its correction.
     found: Uncertainty,
     innovations: Queue<Innovation>,
+    /// Scalar updates made in this frame.
+    updates: usize,
     restored: u16,
 }
 
@@ -110,6 +112,7 @@ impl Filter {
             uncertainty: Uncertainty::NONE,
             found: Uncertainty::NONE,
             innovations: Queue::new(),
+            updates: 0,
             restored: 0,
         }
     }
@@ -194,6 +197,7 @@ impl Filter {
     ) {
         let rule = UpdateRule { correcting: mode == NavigationMode::Ekf, gate_sigma: parameters.gate_sigma };
         let last = self.frame + 1 >= FRAMES_PER_EPOCH;
+        self.updates = 0;
         if self.epoch.is_some() {
             self.slice(&rule, probe);
         }
@@ -236,6 +240,7 @@ impl Filter {
         for observation in self.processing.items().iter().skip(done).take(now) {
             let record = update(observation, rule, &self.injected, &mut self.error, &mut self.covariance);
             self.innovations.push(record);
+            self.updates += 1;
             probe.kernel_done(Kernel::FilterUpdate, 1);
         }
         if is_last {
@@ -297,6 +302,12 @@ impl Filter {
     #[must_use]
     pub fn innovations(&self) -> &[Innovation] {
         self.innovations.items()
+    }
+
+    /// Scalar updates made in the last frame.
+    #[must_use]
+    pub fn updates(&self) -> usize {
+        self.updates
     }
 
     /// Times the covariance had to be restarted.
